@@ -35,7 +35,7 @@ endif()
 add_library(breakshot_compile INTERFACE)
 target_compile_options(breakshot_compile INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual -Wcast-align
-  -Wduplicated-cond -Wlogical-op -Wnull-dereference -Wformat=2 -Wimplicit-fallthrough
+  -Wduplicated-cond -Wlogical-op -Wformat=2 -Wimplicit-fallthrough
   $<$<BOOL:${BREAKSHOT_WERROR}>:-Werror>
   -fstack-protector-strong)
 target_compile_definitions(breakshot_compile INTERFACE $<$<CONFIG:Debug>:_GLIBCXX_ASSERTIONS>)
