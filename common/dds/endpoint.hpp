@@ -77,7 +77,7 @@ class ReaderBase {
 
  protected:
   ReaderBase(Participant& participant, std::string topic, Profile profile, eprosima::fastdds::dds::TopicDataType* type);
-  ~ReaderBase();
+  virtual ~ReaderBase();
   /// Joins the topic. From here on on_data() is called on DDS threads, never twice at a time. Each subclass's constructor calls it last.
   void enable();
   /// No call of on_data() runs or starts after this returns. Each subclass's destructor calls it first.
@@ -104,14 +104,14 @@ class ReaderBase {
 /// Hands every valid sample of Topic<T> to a handler, on a DDS thread: the handler must be short, must not throw and must not call DDS
 /// functions that wait. Use it to fill a lock-free slot or to enqueue.
 template <typename T>
-class Subscription : public ReaderBase {
+class Subscription final : public ReaderBase {
  public:
   using Handler = std::function<void(T&&)>;
   Subscription(Participant& participant, Handler handler, const std::string& topic = Topic<T>::kName)
       : ReaderBase(participant, topic, Topic<T>::kProfile, new typename Topic<T>::WireSupport{}), handler_{std::move(handler)} {
     enable();
   }
-  ~Subscription() { disable(); }
+  ~Subscription() override { disable(); }
 
  private:
   void on_data() override {
@@ -131,13 +131,13 @@ class Subscription : public ReaderBase {
 
 /// Lets a thread of the caller's own wait for samples of Topic<T> and take them one by one, oldest first.
 template <typename T>
-class Reader : public ReaderBase {
+class Reader final : public ReaderBase {
  public:
   explicit Reader(Participant& participant, const std::string& topic = Topic<T>::kName)
       : ReaderBase(participant, topic, Topic<T>::kProfile, new typename Topic<T>::WireSupport{}) {
     enable();
   }
-  ~Reader() { disable(); }
+  ~Reader() override { disable(); }
 
   /// Puts the next valid sample into `out`; waits for one at most `timeout`. @return false when none came or wake() was called
   bool take(T& out, Duration timeout = Duration::zero()) {
