@@ -26,9 +26,9 @@ struct Trajectory {
 
   std::uint64_t stroke_id = 0;
   int joints = 0;
-  std::size_t size = 0;                  ///< ticks in use; the last one is at rest
-  std::size_t contact_tick = 0;          ///< where the striker passes StrokeRequest::p_WS; == size for a park
-  Duration tick{};                       ///< time between points
+  std::size_t size = 0;          ///< ticks in use; the last one is at rest
+  std::size_t contact_tick = 0;  ///< where the striker passes StrokeRequest::p_WS; == size for a park
+  Duration tick{};               ///< time between points
   std::array<TrajectoryPoint, kCapacity> points;
 };
 
