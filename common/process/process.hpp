@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/config/cell_config.hpp"
-#include "common/config/config.hpp"
+#include "common/config/config_node.hpp"
 #include "common/process/cell_clock.hpp"
 #include "common/time.hpp"
 
