@@ -1,0 +1,39 @@
+#pragma once
+
+#include "planner/world/impact_law.hpp"
+
+namespace breakshot::world {
+
+/// The paper's level-by-level propagation with what errata.md corrects: all contacts that approach are solved together with the
+/// paper's own equations (1)-(4) and impulses that only push; then the contacts are looked at again, until none approaches. This is the
+/// "generalised reflections" of Smith et al. 2012 with Newton restitution. Right for touching discs whose contacts pass the impulse on one
+/// after the other; wrong by the figures of errata.md where contacts are loaded at the same time.
+///
+/// Energy: a round changes it by -(1 - e) sum(P u) / 2 <= 0 (P, u >= 0). Should rounds not end (restitution near 0 between many discs
+/// approaches rest geometrically), the last one solves all contacts with e = 0, after which none approaches; it costs energy too.
+class PaperCorrected final : public ImpactLaw {
+ public:
+  std::string_view name() const noexcept override { return "paper_corrected"; }
+  bool keeps_energy_bound() const noexcept override { return true; }
+  void resolve(const ImpactProblem& problem, ImpactScratch& scratch) const override;
+};
+
+/// One complementarity problem over all contacts at once, those that merely touch included: what rigid-body engines do. Contacts that part
+/// stay out of it, for otherwise it could make energy; should one approach afterwards, another round follows.
+class Simultaneous final : public ImpactLaw {
+ public:
+  std::string_view name() const noexcept override { return "simultaneous"; }
+  bool keeps_energy_bound() const noexcept override { return true; }
+  void resolve(const ImpactProblem& problem, ImpactScratch& scratch) const override;
+};
+
+/// Two bodies at a time, in the order of the contacts, again and again until none approaches. Right when gaps are well above speed x
+/// contact time (physics.md 2), where an impact has one contact only; on exact ties it breaks the symmetry by the order of the contacts.
+class Sequential final : public ImpactLaw {
+ public:
+  std::string_view name() const noexcept override { return "sequential"; }
+  bool keeps_energy_bound() const noexcept override { return true; }
+  void resolve(const ImpactProblem& problem, ImpactScratch& scratch) const override;
+};
+
+}  // namespace breakshot::world

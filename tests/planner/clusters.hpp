@@ -1,0 +1,83 @@
+#pragma once
+
+#include "planner/world/disc.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+namespace breakshot::test {
+
+using world::Disc;
+
+inline Disc disc_at(double x, double y, double radius = 0.030) {
+  Disc disc;
+  disc.p_WD = {x, y};
+  disc.radius = radius;
+  return disc;
+}
+
+/// A billiard rack of `rows` rows with its apex at the origin and its rows along +y; gaps between rows and neighbours are `gap`.
+inline std::vector<Disc> rack(int rows, double gap = 0.0, double radius = 0.030) {
+  const double pitch = 2.0 * radius + gap;
+  std::vector<Disc> discs;
+  for (int row = 0; row < rows; ++row) {
+    for (int k = 0; k <= row; ++k) discs.push_back(disc_at((k - 0.5 * row) * pitch, row * pitch * std::sqrt(3.0) / 2.0, radius));
+  }
+  return discs;
+}
+
+/// A compact cluster about the origin: each disc touches one or, when `compact`, two of those before it, up to a gap drawn from
+/// [0, largest_gap].
+inline std::vector<Disc> random_cluster(std::mt19937_64& random, int n, double largest_gap = 0.0, double radius_low = 0.030,
+                                        double radius_high = 0.030, bool compact = true) {
+  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution{low, high}(random); };
+  std::vector<Disc> discs;
+  const auto free = [&](const Disc& one) {
+    for (const Disc& other : discs) {
+      if (gap(one, other) < -1e-12) return false;
+    }
+    return true;
+  };
+  while (static_cast<int>(discs.size()) < n) {
+    Disc one = disc_at(0.0, 0.0, radius_low < radius_high ? uniform(radius_low, radius_high) : radius_low);
+    one.mass = 0.1 * one.radius * one.radius / (0.03 * 0.03);
+    if (discs.empty()) {
+      discs.push_back(one);
+      continue;
+    }
+    const Disc& a = discs[random() % discs.size()];
+    const double to_a = a.radius + one.radius + uniform(0.0, largest_gap);
+    if (!compact || discs.size() == 1) {
+      const double bearing = uniform(-std::numbers::pi, std::numbers::pi);
+      one.p_WD = a.p_WD + to_a * Vector2{std::cos(bearing), std::sin(bearing)};
+      if (free(one)) discs.push_back(one);
+      continue;
+    }
+    const Disc& b = discs[random() % discs.size()];
+    const double to_b = b.radius + one.radius + uniform(0.0, largest_gap);
+    const Vector2 ab = b.p_WD - a.p_WD;
+    const double d = ab.norm();
+    if (d == 0.0 || d >= to_a + to_b) continue;
+    const double along = (d * d + to_a * to_a - to_b * to_b) / (2.0 * d);
+    if (along * along >= to_a * to_a) continue;
+    const double side = (random() & 1U) != 0U ? 1.0 : -1.0;
+    one.p_WD = a.p_WD + along / d * ab + side * std::sqrt(to_a * to_a - along * along) / d * perpendicular(ab);
+    if (free(one)) discs.push_back(one);
+  }
+  Vector2 centre{0.0, 0.0};
+  for (const Disc& disc : discs) centre += disc.p_WD / static_cast<double>(n);
+  for (Disc& disc : discs) disc.p_WD -= centre;
+  return discs;
+}
+
+inline double smallest_gap(const std::vector<Disc>& discs) {
+  double smallest = INFINITY;
+  for (std::size_t i = 0; i < discs.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) smallest = std::min(smallest, gap(discs[i], discs[j]));
+  }
+  return smallest;
+}
+
+}  // namespace breakshot::test
