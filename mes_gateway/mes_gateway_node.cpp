@@ -55,19 +55,19 @@ class Gateway {
   Gateway(process::Process& process, const MesGatewayConfig& config)
       : process_{process},
         config_{config},
-        cell_{process.cell().dds.cell_domain, "breakshot-mes_gateway"},
-        factory_{process.cell().dds.mes_domain, "breakshot-mes_gateway", config.interfaces},
+        cell_{process.cell().dds.cell, "breakshot-mes_gateway"},
+        factory_{process.cell().dds.mes, "breakshot-mes_gateway", config.interfaces},
         // Requests of an earlier life of this process must never be taken for ours: numbers go on where the clock is.
         desk_{config.orders, static_cast<std::uint64_t>(utc_ns() / 1'000'000)} {}
 
   void run() {
     const process::HealthPublisher health{process_, cell_, [this](Health& h) {
                                             h.state = HealthState::kReady;
-                                            h.text = "serves DDS domain " + std::to_string(process_.cell().dds.mes_domain);
+                                            h.text = "serves DDS domain " + std::to_string(process_.cell().dds.mes);
                                             h.cycles = cycles_;
                                             return std::exchange(cycles_reported_, cycles_.load()) != cycles_;
                                           }};
-    process_.ready("takes orders on DDS domain " + std::to_string(process_.cell().dds.mes_domain));
+    process_.ready("takes orders on DDS domain " + std::to_string(process_.cell().dds.mes));
     while (!process_.stop_requested()) {
       for (auto& message : inbox_.take(kLongestNap)) std::visit([this](auto& m) { handle(m); }, message);
       ++cycles_;

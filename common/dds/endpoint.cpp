@@ -59,6 +59,10 @@ void apply(Profile profile, Qos& qos) {
       qos.reliability().kind = efd::RELIABLE_RELIABILITY_QOS;
       qos.history().depth = 64;
       break;
+    case Profile::kRos:
+      qos.reliability().kind = efd::RELIABLE_RELIABILITY_QOS;
+      qos.history().depth = 5;
+      break;
     case Profile::kLatched:
       qos.reliability().kind = efd::RELIABLE_RELIABILITY_QOS;
       qos.durability().kind = efd::TRANSIENT_LOCAL_DURABILITY_QOS;

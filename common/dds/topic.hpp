@@ -12,6 +12,7 @@ enum class Profile {
   kFrame,    ///< best effort, data-sharing: images of fixed size
   kEvent,    ///< best effort, deep queue: many writers, loss is harmless (health)
   kRequest,  ///< reliable, volatile: requests and their status. Volatile, so a restarted process is never handed an old command
+  kRos,      ///< reliable, volatile, short queue: what ROS 2 nodes expect by default
   kLatched,  ///< reliable, transient local, newest sample per key: a late joiner gets the present state
 };
 

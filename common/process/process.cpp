@@ -10,6 +10,7 @@
 
 #include <csignal>
 #include <iostream>
+#include <optional>
 #include <random>
 #include <thread>
 #include <vector>
@@ -115,9 +116,9 @@ int run_process(const ProcessInfo& info, int argc, char** argv, const std::funct
   Options options;
   if (const auto status = parse(info, argc, argv, options)) return *status;
   try {
-    const ConfigDocument config = ConfigDocument::load(options.config, options.overrides);
-    const CellConfig cell = load_cell_config(config.section("cell"));
-    const RoleLock role{cell.dds.cell_domain, info.name};
+    const ConfigDocument config = load_cell_document(options.config, options.overrides);
+    const CellConfig cell = load_cell_config(config);
+    const RoleLock role{cell.dds.cell, info.name};
     Process process{info.name, config, cell};
     // Before any other thread exists, so that all of them inherit the mask.
     const SignalThread signals{[&process](int signal) {
