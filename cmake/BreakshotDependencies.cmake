@@ -8,6 +8,7 @@ find_package(fastrtps 2.9 REQUIRED)                                          # l
 find_package(orocos_kdl REQUIRED)                                            # liborocos-kdl-dev
 find_package(urdfdom REQUIRED)                                               # liburdfdom-dev
 find_package(fmt REQUIRED)                                                   # libfmt-dev
+find_package(tinyxml2 REQUIRED)                                              # libtinyxml2-dev
 find_package(spdlog REQUIRED)                                                # libspdlog-dev
 find_package(yaml-cpp 0.7 REQUIRED)                                          # libyaml-cpp-dev
 find_package(CLI11 2.1 REQUIRED)                                             # libcli11-dev
