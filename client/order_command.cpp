@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -15,6 +16,7 @@ using std::chrono::steady_clock;
 
 constexpr Duration kAckPatience = seconds{5};
 constexpr Duration kPoll = milliseconds{200};
+constexpr Duration kRetryEvery = seconds{1};
 // A cell that accepted an order tells of it at every change, and a stroke with its settling takes seconds; silence beyond this means that it is gone.
 constexpr Duration kJobSilence = seconds{60};
 
@@ -39,7 +41,8 @@ std::optional<mes::Ack> place(OrderClient& client, const OrderOptions& options, 
     if (!ack || ack->reason != mes::Reason::kNotReady || steady_clock::now() >= give_up) break;
     if (ack->text != last_why) say("waiting for the cell: " + ack->text);
     last_why = ack->text;
-    client.next_status(kPoll);
+    std::string unused;
+    client.wait_until_accepting(std::min<Duration>(kRetryEvery, give_up - steady_clock::now()), unused);
   }
   return ack;
 }
