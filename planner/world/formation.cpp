@@ -45,6 +45,7 @@ std::optional<std::string> check_striker(std::span<const Disc> discs, const Stri
   if (!(striker.cruise >= 0.0 && std::isfinite(striker.cruise)))
     return text_of("striker: cruise %g m; allowed: 0 or above", striker.cruise);
   if (!(striker.braking > 0.0)) return text_of("striker: braking %g m/s^2; allowed: above 0", striker.braking);
+  if (!(striker.lift > 0.0)) return text_of("striker: lift %g s; allowed: above 0", striker.lift);
   if (!(striker.radius > 0.0 && striker.mass > 0.0)) return "striker: radius and mass must be above 0";
   for (std::size_t i = 0; i < discs.size(); ++i) {
     const double overlap = discs[i].radius + striker.radius - (discs[i].p_WD - striker.p_WS).norm();

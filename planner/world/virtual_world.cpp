@@ -179,7 +179,7 @@ void VirtualWorld::advance_striker(double time) noexcept {
     striker.since = time;
     striker.motion.p = p;
     striker.motion.a = -striker_.braking * striker_.direction;
-    striker.motion.end = striker_.speed / striker_.braking;
+    striker.motion.end = std::min(striker_.speed / striker_.braking, striker_.lift);
   }
   predict_all_of(discs_, time);
 }

@@ -1,0 +1,75 @@
+#pragma once
+
+#include "common/scene.hpp"
+#include "common/stroke.hpp"
+#include "common/task.hpp"
+#include "planner/strategy/settings.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace breakshot::strategy {
+
+/// Says whether the arm could run a stroke, before it is asked. Injected, so that strategies and their tests need no arm.
+class StrokeFilter {
+ public:
+  virtual ~StrokeFilter() = default;
+  /// Why the arm cannot run the stroke, for people; nothing when it can.
+  virtual std::optional<std::string> refusal(const StrokeRequest& stroke) const = 0;
+};
+
+/// What a decision depends on besides the scene.
+struct DecisionContext {
+  double min_gap = 0.015;  ///< G, m
+  Rect region;             ///< every disc's centre is to rest in it, W, m
+  std::uint32_t hits_left = 0;
+  std::uint32_t pushes_left = 0;
+  double speed_scale = 1.0;              ///< of hit speeds, (0, 1]
+  double hit_speed_cap = 1e9;            ///< what the controller last said to be attainable, m/s
+  std::uint64_t seed = 0;                ///< of whatever is random in the decision: the same seed, scene and context give the same decision
+  const StrokeFilter* filter = nullptr;  ///< optional
+};
+
+/// A stroke that a strategy offers, and what it expects of it. The request's id is 0: whoever sends it numbers it.
+struct StrokeOption {
+  StrokeRequest stroke;
+  std::string why;
+  double predicted_gap = 0.0;           ///< smallest gap afterwards, m
+  std::vector<Vector2> predicted_p_WD;  ///< by scene index
+  double p_singulated = 0.0;            ///< strategies that look at one world only say 0 or 1
+  double p_lost = 0.0;
+  double cost_s = 0.0;  ///< expected time to finish that way, s
+};
+
+/// What to do about a scene.
+struct Decision {
+  enum class Kind : std::uint8_t {
+    kSingulated = 0,  ///< every gap is at least G
+    kStroke = 1,      ///< `options` holds at least one
+    kNoStroke = 2,    ///< there are gaps below G, but no stroke that the rules allow; `why` says what stood in the way
+  };
+  Kind kind = Kind::kNoStroke;
+  std::vector<StrokeOption> options;  ///< in the order to try them in
+  std::string why;
+};
+
+/// Decides about one scene at a time. May keep buffers, but nothing that it decides on: what it needs to know is in its arguments.
+class Strategy {
+ public:
+  virtual ~Strategy() = default;
+  virtual std::string_view name() const noexcept = 0;
+  /// @param scene  at rest, quality kOk
+  virtual Decision decide(const Scene& scene, const DecisionContext& context) = 0;
+};
+
+/// "paper", "random_hybrid", "random_push".
+std::vector<std::string> strategy_names();
+
+/// @throws std::invalid_argument for an unknown name, or settings that are out of their range
+std::unique_ptr<Strategy> make_strategy(std::string_view name, const StrategySettings& settings);
+
+}  // namespace breakshot::strategy
