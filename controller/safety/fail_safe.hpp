@@ -42,7 +42,7 @@ enum class Clear : std::uint8_t {
 struct Rule {
   Action action;
   Clear clear;
-  bool release;  ///< the arm no longer follows the set-point: give it up and start a new one at the measured position
+  bool release;  ///< the drives do not follow the set-point any more: give it up, and start a new one at the measured position
 };
 
 /// The whole policy. Indexed by Cause.
@@ -55,7 +55,7 @@ inline constexpr std::array<Rule, kCauses> kRules{{
     {Action::kProtectiveStop, Clear::kRecovery, true},   // kDrivesBraked
     {Action::kProtectiveStop, Clear::kRecovery, true},   // kDrivesRestarted
     {Action::kProtectiveStop, Clear::kRecovery, true},   // kCommandGap
-    {Action::kProtectiveStop, Clear::kRecovery, true},   // kFollowingError
+    {Action::kProtectiveStop, Clear::kRecovery, false},  // kFollowingError: the drives still listen, so the set-point has to stay smooth
     {Action::kProtectiveStop, Clear::kRecovery, false},  // kCommandLimit: the last command was sound, so braking starts there
     {Action::kFault, Clear::kNever, true},               // kWrongDrives
 }};

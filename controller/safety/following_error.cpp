@@ -11,14 +11,15 @@ void FollowingMonitor::sent(Time due, const Setpoint& setpoint) noexcept {
   count_ = std::min(count_ + 1, kHistory);
 }
 
-FollowingError FollowingMonitor::check(const JointState& state) const noexcept {
+FollowingError FollowingMonitor::check(const JointState& state, Duration lag) const noexcept {
+  const Time at = state.stamp - lag;
   // The newest command that was due at the instant; the loop ends at once in normal running, where it lies a few commands back.
   std::size_t back = 0;
-  while (back < count_ && newest(back).due > state.stamp) ++back;
+  while (back < count_ && newest(back).due > at) ++back;
   if (back == count_) return {};
 
   const Entry& before = newest(back);
-  const double since = to_seconds(state.stamp - before.due);
+  const double since = to_seconds(at - before.due);
   FollowingError worst;
   double worst_ratio = 1.0;
   for (int i = 0; i < joints_; ++i) {

@@ -33,7 +33,8 @@ class FollowingMonitor {
   void sent(Time due, const Setpoint& setpoint) noexcept;
   /// The worst joint that is out of bounds. None for an instant before the oldest command; after the newest the arm is to go on at its speed,
   /// as the drives do.
-  FollowingError check(const JointState& state) const noexcept;
+  /// @param lag  the arm is where the command of so long before was
+  FollowingError check(const JointState& state, Duration lag) const noexcept;
 
  private:
   static constexpr std::size_t kHistory = 64;  // ticks: more than any transport delay that the gate lets through

@@ -15,4 +15,11 @@ namespace breakshot::safety {
 /// Cost: no allocation, about 20 ns. The time to standstill is |qd| / max_acceleration of the slowest joint.
 Setpoint brake(const JointLimits& limits, const Setpoint& from, double span) noexcept;
 
+/// One step of every joint towards `target`, within the acceleration and at most with `max_speed`; comes to rest there.
+///
+/// @param target     within the limits' range, rad
+/// @param max_speed  rad/s, > 0
+/// @param span       s, > 0
+Setpoint approach(const JointLimits& limits, const Setpoint& from, const JointArray& target, double max_speed, double span) noexcept;
+
 }  // namespace breakshot::safety

@@ -1,5 +1,6 @@
 #include "controller/safety/state_gate.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace breakshot::safety {
@@ -11,7 +12,7 @@ bool within(double value, double low, double high) noexcept { return value >= lo
 
 }  // namespace
 
-StateFlaw StateGate::flaw_of(const JointState& state, Time now) const noexcept {
+StateFlaw StateGate::flaw_alone(const JointState& state, Time now) const noexcept {
   const Eigen::Index joints = limits_.joints.joints;
   if (state.q.size() != joints || state.qd.size() != joints || state.tau.size() != joints) return StateFlaw::kWrongJoints;
   for (Eigen::Index i = 0; i < joints; ++i) {
@@ -23,32 +24,62 @@ StateFlaw StateGate::flaw_of(const JointState& state, Time now) const noexcept {
       return StateFlaw::kOutOfRange;
     }
   }
-  if (any_ && state.session == session_) {
-    if (state.seq == seq_) return StateFlaw::kDuplicate;
-    if (state.seq < seq_ || state.stamp <= stamp_) return StateFlaw::kReordered;
-  } else if (has_previous_session_ && state.session == previous_session_) {
-    return StateFlaw::kOldSession;
-  }
-  if (now - state.stamp > limits_.max_age) return StateFlaw::kLate;
-  if (state.stamp - now > limits_.max_ahead) return StateFlaw::kFromFuture;
+  // Compared with now, not subtracted from it: a stamp from outside may be anything, and a difference could overflow.
+  if (state.stamp < now - limits_.max_age) return StateFlaw::kLate;
+  if (state.stamp > now + limits_.max_ahead) return StateFlaw::kFromFuture;
   return StateFlaw::kNone;
 }
 
-StateGate::Verdict StateGate::judge(const JointState& state, Time now) noexcept {
-  const StateFlaw flaw = flaw_of(state, now);
-  ++counts_[static_cast<std::size_t>(flaw)];
-  if (flaw != StateFlaw::kNone) return {flaw, false};
-
-  const bool new_session = any_ && state.session != session_;
-  if (new_session) {
-    previous_session_ = session_;
-    has_previous_session_ = true;
+StateFlaw StateGate::flaw_after(const Newest& newest, const JointState& state) const noexcept {
+  if (state.seq == newest.seq) return StateFlaw::kDuplicate;
+  if (state.seq < newest.seq || state.stamp <= newest.stamp) return StateFlaw::kReordered;
+  const double span = to_seconds(state.stamp - newest.stamp);
+  for (Eigen::Index i = 0; i < limits_.joints.joints; ++i) {
+    const auto j = static_cast<std::size_t>(i);
+    const double reach = limits_.speed_factor * limits_.joints.max_speed[j] * span + limits_.leap_margin;
+    if (std::abs(state.q[i] - newest.q[j]) > reach) return StateFlaw::kLeap;
   }
-  any_ = true;
-  session_ = state.session;
-  seq_ = state.seq;
-  stamp_ = state.stamp;
-  return {StateFlaw::kNone, new_session};
+  return StateFlaw::kNone;
+}
+
+void StateGate::take(Newest& newest, const JointState& state) const noexcept {
+  newest.session = state.session;
+  newest.seq = state.seq;
+  newest.stamp = state.stamp;
+  for (Eigen::Index i = 0; i < limits_.joints.joints; ++i) newest.q[static_cast<std::size_t>(i)] = state.q[i];
+  newest.states = std::min(newest.states + 1, limits_.confirm_session);
+}
+
+StateGate::Verdict StateGate::judge_session(const JointState& state) noexcept {
+  if (current_.states > 0 && state.session == current_.session) {
+    const StateFlaw flaw = flaw_after(current_, state);
+    if (flaw == StateFlaw::kNone) {
+      take(current_, state);
+      candidate_ = {};
+    }
+    return {flaw, false};
+  }
+  if (any_replaced_ && state.session == replaced_) return {StateFlaw::kOldSession, false};
+
+  const bool follows = candidate_.states > 0 && state.session == candidate_.session && flaw_after(candidate_, state) == StateFlaw::kNone;
+  if (!follows) candidate_ = {};
+  take(candidate_, state);
+  if (candidate_.states < limits_.confirm_session) return {StateFlaw::kNewSession, false};
+  const bool restarted = current_.states > 0;
+  if (restarted) {
+    replaced_ = current_.session;
+    any_replaced_ = true;
+  }
+  current_ = candidate_;
+  candidate_ = {};
+  return {StateFlaw::kNone, restarted};
+}
+
+StateGate::Verdict StateGate::judge(const JointState& state, Time now) noexcept {
+  Verdict verdict{flaw_alone(state, now), false};
+  if (verdict.flaw == StateFlaw::kNone) verdict = judge_session(state);
+  ++counts_[static_cast<std::size_t>(verdict.flaw)];
+  return verdict;
 }
 
 const char* to_string(StateFlaw flaw) noexcept {
@@ -57,6 +88,8 @@ const char* to_string(StateFlaw flaw) noexcept {
     case StateFlaw::kWrongJoints: return "wrong number of joints";
     case StateFlaw::kNotFinite: return "not finite";
     case StateFlaw::kOutOfRange: return "out of range";
+    case StateFlaw::kLeap: return "leap";
+    case StateFlaw::kNewSession: return "new session";
     case StateFlaw::kOldSession: return "old session";
     case StateFlaw::kDuplicate: return "duplicate";
     case StateFlaw::kReordered: return "reordered";

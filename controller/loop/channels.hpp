@@ -1,0 +1,109 @@
+#pragma once
+
+#include "common/joints.hpp"
+#include "common/stroke.hpp"
+#include "controller/motion/trajectory.hpp"
+#include "controller/rt/spsc_ring.hpp"
+#include "controller/rt/triple_buffer.hpp"
+#include "controller/safety/command_limiter.hpp"
+#include "controller/safety/fail_safe.hpp"
+#include "controller/safety/following_error.hpp"
+#include "controller/safety/joint_setpoint.hpp"
+#include "controller/safety/state_gate.hpp"
+
+#include <array>
+#include <cstdint>
+
+namespace breakshot::rt {
+
+// Their vectors have a fixed capacity: a copy stays within the object.
+template <>
+inline constexpr bool kSelfContained<JointState> = true;
+template <>
+inline constexpr bool kSelfContained<JointCommand> = true;
+
+}  // namespace breakshot::rt
+
+namespace breakshot::control {
+
+/// What the planning side asks of the loop.
+struct LoopRequest {
+  enum class Kind : std::uint8_t {
+    kStart = 0,             ///< run `trajectory`; the loop gives the buffer back through LoopChannels::returns, whatever comes of it
+    kStop = 1,              ///< controlled stop, then nothing until a recovery
+    kRecover = 2,           ///< end a stop, if it may be; the set-point starts anew at the measured position
+    kForeignCommander = 3,  ///< somebody else's commands were seen just now
+  };
+  Kind kind = Kind::kStop;
+  const motion::Trajectory* trajectory = nullptr;
+};
+
+/// What happened on the real-time thread. Fields that a kind does not name are zero.
+struct LoopEvent {
+  enum class Kind : std::uint8_t {
+    kPhase = 0,         ///< the stroke entered `phase`
+    kContact = 1,       ///< q, qd: measured where the set-point passed the contact point
+    kDone = 2,          ///< the stroke ended and the arm is at rest
+    kStopped = 3,       ///< the stroke was given up because of `causes`
+    kNotStarted = 4,    ///< the trajectory was not taken: `refusal`, `causes`
+    kRecovered = 5,     ///< a stop ended
+    kNotRecovered = 6,  ///< it may not end yet: `causes`
+    kSafety = 7,        ///< `causes` became active; with `violation` or `following` when they tell more
+  };
+  /// Why a trajectory was not taken.
+  enum class Refusal : std::uint8_t {
+    kNone = 0,
+    kBusy = 1,       ///< something moves
+    kNotReady = 2,   ///< stopped, or no fresh state
+    kBadBuffer = 3,  ///< empty, another number of joints, or another tick
+    kElsewhere = 4,  ///< does not begin at the set-point
+  };
+
+  Kind kind = Kind::kPhase;
+  StrokePhase phase = StrokePhase::kAccepted;
+  Refusal refusal = Refusal::kNone;
+  safety::CauseSet causes{};
+  std::uint64_t stroke_id = 0;
+  Time time{};
+  safety::JointArray q{};   ///< rad
+  safety::JointArray qd{};  ///< rad/s
+  safety::LimitViolation violation{};
+  safety::FollowingError following{};
+};
+
+/// How things stand after a tick; the newest one is always to be had.
+struct LoopStatus {
+  Time now{};
+  std::uint64_t ticks = 0;
+  std::uint64_t skipped = 0;  ///< periods that got no tick
+  safety::Action action = safety::Action::kHold;
+  safety::CauseSet causes;                                  ///< active ones
+  bool commanding = false;                                  ///< set-points go out; false while there is no measured position to start from
+  bool fresh = false;                                       ///< the joint states are fresh
+  bool obeyed = false;                                      ///< the drives take our commands
+  bool moving = false;                                      ///< a motion or a stop is under way
+  bool at_rest = false;                                     ///< commanded and measured
+  bool recoverable = false;                                 ///< LoopRequest::kRecover would be done, once at rest
+  std::uint64_t stroke_id = 0;                              ///< of the trajectory that the loop holds; 0: none
+  std::uint64_t session = 0;                                ///< of the drives
+  safety::Setpoint setpoint;                                ///< the last command
+  safety::JointArray measured_q{};                          ///< rad
+  safety::JointArray measured_qd{};                         ///< rad/s
+  std::array<std::uint64_t, safety::kStateFlaws> states{};  ///< joint states met so far, by StateFlaw
+
+  /// A stroke may start.
+  bool ready() const noexcept { return action == safety::Action::kRun && commanding && fresh && obeyed && !moving; }
+};
+
+/// The lock-free links between the loop and the planning side. Each has one writer and one reader. Sizes: far more than can be under way,
+/// because strokes go one at a time; whatever is dropped nevertheless is counted.
+struct LoopChannels {
+  rt::SpscRing<LoopRequest, 16> requests;               ///< to the loop
+  rt::SpscRing<LoopEvent, 256> events;                  ///< from the loop
+  rt::SpscRing<const motion::Trajectory*, 16> returns;  ///< from the loop: buffers that it is done with
+  rt::TripleBuffer<LoopStatus> status;                  ///< from the loop
+};
+
+const char* to_string(LoopEvent::Refusal refusal) noexcept;
+
+}  // namespace breakshot::control
