@@ -1,0 +1,69 @@
+#pragma once
+
+#include "common/frames.hpp"
+#include "perception/outline_guess.hpp"
+#include "perception/segmentation.hpp"
+#include "perception/settings.hpp"
+#include "perception/view.hpp"
+
+#include <opencv2/core.hpp>
+
+#include <array>
+#include <optional>
+#include <span>
+
+namespace breakshot::perception {
+
+/// A circle fitted to the sub-pixel edges of a disc's outline.
+struct DiscFit {
+  Vector2 p_WD{0.0, 0.0};               ///< m
+  double radius = 0.0;                  ///< m
+  Matrix3 covariance{Matrix3::Zero()};  ///< of (x, y, radius), m^2
+  double seen_share = 0.0;              ///< of the outline's directions: an edge of this disc was found there
+  double hidden_share = 0.0;            ///< no edge there, and no neighbour disc that explains it: behind the arm or beyond the image
+  std::uint8_t colour = 0;
+  std::size_t region = 0;
+};
+
+/// Fits discs to an image, from guesses that are good to about two pixels.
+///
+/// In each of many directions it walks across the predicted rim (top or base, see View), takes the mean colours just inside and just
+/// outside, and puts the edge where the colour is half-way between them: with the two sides measured on the spot, neither lighting nor the
+/// table's colour shifts it. Directions that look onto a neighbour disc are left out rather than trusted, so that a narrow gap does not
+/// pull two discs together. A robust least-squares circle follows.
+class DiscFitter {
+ public:
+  DiscFitter(const View& view, const PerceptionSettings& settings, const Segmenter& segmenter);
+
+  /// @param guess       what to refine
+  /// @param all         every disc of the scene as known so far; entry `self` is guess's own and is skipped
+  /// @param depth       registered to rgb, or null: then the arm is told from the table by its colour alone
+  /// @return nothing when too little of the outline is seen, or when it is no circle of allowed size
+  /// Cost: about 0.15 ms per disc.
+  std::optional<DiscFit> fit(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& guess, std::span<const CircleGuess> all,
+                             std::size_t self) const;
+
+ private:
+  struct Edge {
+    Vector2 n_W;   // direction from the centre
+    double range;  // distance of the edge from the centre that it was measured about, m
+    double weight;
+  };
+  enum class Look {
+    kEdge,
+    kNeighbour,   // looks onto another disc
+    kNarrowWall,  // the base rim lies so close to the top rim that the profile crosses both
+    kHidden,      // no edge of this disc there
+  };
+
+  Look look(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& disc, std::span<const CircleGuess> near, const Vector2& n_W,
+            double& range) const;
+  bool occluded(const DepthFrame& depth, const Vector2& pixel) const noexcept;
+
+  const View& view_;
+  const PerceptionSettings& settings_;
+  const Segmenter& segmenter_;
+  std::array<float, 256> light_;  // of an encoded value, scaled to [0, 255]
+};
+
+}  // namespace breakshot::perception

@@ -1,0 +1,53 @@
+#pragma once
+
+#include "common/geometry.hpp"
+
+#include <string>
+#include <vector>
+
+namespace breakshot::perception {
+
+/// The part of HSV space that one colour of disc takes; closed ranges. Hue in degrees in [0, 360]: hue_min > hue_max runs through 0 (red).
+/// What is nearly grey or nearly black has no hue worth the name, so the lower bounds matter.
+struct ColourRange {
+  std::string name;
+  double hue_min_deg = 0.0, hue_max_deg = 360.0;
+  double saturation_min = 0.35, saturation_max = 1.0;
+  double value_min = 0.10, value_max = 1.0;
+};
+
+/// The method of the paper, Sec. 5: contours made thicker, their overlap taken for a contact, its long axis for the push.
+struct PaperContourSettings {
+  /// Width of the drawn contour, px, odd. Contours up to about this width apart overlap, so it sets the gap that the method takes for a contact.
+  int thickness_px = 5;
+  /// Overlaps of fewer pixels are noise, px.
+  int min_overlap_px = 10;
+  /// Cut the side wall off a disc's segment (by its fitted circle) before the contour is taken. The paper's discs lie where the camera sees
+  /// little of their walls; without the cut a wall hides the gap behind it, up to 7 mm at the workspace's edge, and reads as a contact.
+  bool cut_walls = true;
+};
+
+/// What the Perceiver needs to know. Defaults fit the cell as shipped.
+struct PerceptionSettings {
+  // The cell's own section.
+  std::vector<ColourRange> colours;  ///< at most 250; SceneDisc::colour indexes it
+  double disc_height = 0.020;        ///< m
+  Vector2 p_WB{-0.5, 0.0};           ///< base of the arm: pushes start at the end nearer to it
+
+  // The section `perception`.
+  double radius_min = 0.015, radius_max = 0.060;  ///< what counts as a disc, m
+  int morphology_px = 3;                          ///< side of the square of opening and closing, px, odd
+  /// Exponent of the camera's encoding, by which pixel values become light before edges are measured: 2.2 for a real camera, whose pixels
+  /// average light; 1 for the simulator, whose pixels average encoded values. A wrong one shifts edges by up to 0.2 px.
+  double edge_gamma = 1.0;
+  double min_seen_arc_deg = 100.0;  ///< least part of a disc's outline that must be seen, or it is not reported
+  double edge_sigma_floor = 50e-6;  ///< least standard deviation of an edge point, m
+  double edge_bias_sigma = 50e-6;   ///< error that neighbouring edge points share (shading, sampling), one draw per 45 deg, m
+  double touch_gap = 0.5e-3;        ///< pairs nearer than this touch; p_touch = P(gap < touch_gap), m
+  double occluder_height = 0.060;   ///< what stands higher than this above the table is the arm, m (needs depth)
+  double max_disc_speed = 3.0;      ///< bounds the search from frame to frame, m/s
+  double dark_level = 24.0;         ///< a frame whose brightest percent stays below this carries no light, [0, 255]
+  PaperContourSettings paper;
+};
+
+}  // namespace breakshot::perception
