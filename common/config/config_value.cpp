@@ -210,8 +210,8 @@ std::string list_names(std::span<const std::string> names, std::string_view want
   const auto nearest = std::min_element(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
     return edit_distance(a, wanted) < edit_distance(b, wanted);
   });
-  // Two letters of five wrong (a swapped pair) is still a slip of the keyboard; more is another word.
-  if (5 * edit_distance(*nearest, wanted) <= 2 * std::max(wanted.size(), nearest->size())) list += " (did you mean " + *nearest + "?)";
+  // Half of the letters wrong (a swapped pair of four) may still be a slip of the keyboard; more is another word.
+  if (2 * edit_distance(*nearest, wanted) <= std::max(wanted.size(), nearest->size())) list += " (did you mean " + *nearest + "?)";
   return list;
 }
 
