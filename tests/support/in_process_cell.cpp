@@ -1,0 +1,201 @@
+#include "tests/support/in_process_cell.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <stdexcept>
+
+namespace breakshot::support {
+
+namespace {
+
+// As in the nodes: the planning side of the controller looks at its channels, and repeats the newest status, this often.
+constexpr Duration kExecutorEvery = std::chrono::milliseconds{2};
+constexpr Duration kStatusEvery = std::chrono::milliseconds{20};
+constexpr Duration kRunnerEvery = std::chrono::milliseconds{50};
+// Any task ends by its own time limit; this only catches one that does not.
+constexpr Duration kHangs = std::chrono::minutes{15};
+
+constexpr Time kStart = time_from_ns(1'000'000'000);
+
+bool every(Time now, Duration period) { return (now - kStart) % period == Duration::zero(); }
+
+}  // namespace
+
+/// All that begins anew with each episode.
+struct InProcessCell::Episode {
+  Episode(const InProcessSettings& settings, motion::StrokePlanner& stroke_planner, const sim_bridge::SimSettings& sim, const task::TaskSettings& task,
+          const std::string& strategy_name)
+      : world{settings.arm, sim},
+        loop{settings.loop, *channels},
+        executor{stroke_planner, *channels},
+        perceiver{settings.perception, settings.camera_model},
+        strategy{strategy::make_strategy(strategy_name, settings.strategy)},
+        runner{task, strategy_name} {}
+
+  struct Exposure {
+    sim_bridge::WorldSnapshot snapshot;
+    std::uint64_t frame;
+    Time due;
+  };
+  struct Thought {
+    std::uint64_t ticket;
+    strategy::Decision decision;
+    Duration think;
+    Time due;
+  };
+
+  sim_bridge::SimWorld world;
+  std::unique_ptr<control::LoopChannels> channels = std::make_unique<control::LoopChannels>();
+  control::ControlLoop loop;
+  control::StrokeExecutor executor;
+  perception::Perceiver perceiver;
+  std::unique_ptr<strategy::Strategy> strategy;
+  task::TaskRunner runner;
+  std::deque<Exposure> exposures;
+  std::optional<Thought> thought;
+  Time next_exposure = kStart;
+  ColorFrame color;
+  DepthFrame depth;
+  EpisodeResult result;
+};
+
+InProcessCell::InProcessCell(const InProcessSettings& settings)
+    : settings_{settings},
+      camera_{settings.camera_model, settings.camera, settings.arm, settings.cell.arm.X_WB},
+      stroke_planner_{settings.arm, settings.cell.arm.X_WB, settings.motion} {}
+
+InProcessCell::~InProcessCell() = default;
+
+TaskRequest InProcessCell::default_request() const {
+  TaskRequest request;
+  request.verb = TaskRequest::Verb::kStart;
+  request.seq = 1;
+  request.order_id[0] = 1;
+  request.min_gap = settings_.cell.target_gap;
+  request.region = settings_.cell.workspace;
+  request.max_hits = 8;
+  request.max_pushes = 24;
+  request.timeout = std::chrono::seconds{60};
+  return request;
+}
+
+EpisodeResult InProcessCell::run(const Formation& formation, const TaskRequest& request, const std::string& strategy,
+                                 const sim_bridge::TablePhysics& physics, std::uint64_t seed) {
+  sim_bridge::SimSettings sim = settings_.sim;
+  sim.physics = physics;
+  sim.start = kStart;
+  task::TaskSettings task = settings_.task;
+  task.seed = seed;
+  frames_ = seed << 20U;  // numbers of frames choose their noise: no two episodes share any
+
+  Episode episode{settings_, stroke_planner_, sim, task, strategy};
+  std::vector<SimDisc> discs;
+  for (const auto& disc : formation.discs) {
+    SimDisc d;
+    d.p_WD = disc.p_WD;
+    d.radius = disc.radius;
+    d.height = settings_.cell.disc_height;
+    d.colour = disc.colour;
+    const double scale = disc.radius / settings_.disc_mass_radius;
+    d.mass = settings_.disc_mass * scale * scale;
+    discs.push_back(d);
+  }
+  episode.world.place(discs);
+
+  // The cell has come up when the order arrives: states flow and the controller holds the arm.
+  for (int i = 0; i < 200; ++i) tick(episode);
+  const Time began = episode.world.now();
+  episode.runner.on_request(request, began);
+  carry_out(episode);
+  while (episode.runner.running() && episode.world.now() - began < kHangs) tick(episode);
+  if (episode.runner.running()) throw std::runtime_error("in-process cell: an order did not end within its time limit");
+
+  EpisodeResult& result = episode.result;
+  result.task = episode.runner.status();
+  result.duration = episode.world.now() - began;
+  const SimTruth truth = episode.world.truth();
+  result.truth = truth.discs;
+  result.strikes = truth.strikes;
+  result.true_gap = smallest_gap(truth.discs);
+  result.truly_lost = static_cast<int>(
+      std::count_if(truth.discs.begin(), truth.discs.end(), [&](const SimDisc& d) { return !d.on_table || !request.region.contains(d.p_WD); }));
+  return std::move(result);
+}
+
+void InProcessCell::tick(Episode& episode) {
+  const JointState state = episode.world.joint_state();
+  const Time now = episode.world.now();
+  const JointCommand command = episode.loop.tick(&state, now);
+  if (command.q.size() != 0) episode.world.command(command);
+  if (every(now, kExecutorEvery)) {
+    episode.executor.poll(now);
+    StrokeStatus status;
+    while (episode.executor.next(status)) episode.runner.on_stroke_status(status, now);
+  }
+  if (every(now, kStatusEvery) && episode.executor.newest()) episode.runner.on_stroke_status(*episode.executor.newest(), now);
+  look(episode);
+  if (episode.thought && now >= episode.thought->due) {
+    auto thought = *std::exchange(episode.thought, std::nullopt);
+    episode.runner.on_decision(thought.ticket, std::move(thought.decision), thought.think, now);
+  }
+  if (every(now, kRunnerEvery)) episode.runner.on_tick(now);
+  carry_out(episode);
+  episode.world.tick();
+}
+
+void InProcessCell::look(Episode& episode) {
+  const Time now = episode.world.now();
+  if (now >= episode.next_exposure) {
+    episode.next_exposure += settings_.frame_period;
+    Episode::Exposure exposure{{}, ++frames_, now + settings_.camera_latency};
+    episode.world.snapshot(exposure.snapshot);
+    episode.exposures.push_back(std::move(exposure));
+  }
+  while (!episode.exposures.empty() && now >= episode.exposures.front().due) {
+    const auto exposure = std::move(episode.exposures.front());
+    episode.exposures.pop_front();
+    // Nobody would look at this frame: the planner only uses scenes in these phases.
+    const TaskPhase phase = episode.runner.status().phase;
+    if (phase != TaskPhase::kLooking && phase != TaskPhase::kSettling) continue;
+    auto& color = episode.color;
+    auto& depth = episode.depth;
+    color.seq = depth.seq = exposure.frame;
+    color.exposed = depth.exposed = exposure.snapshot.stamp;
+    color.width = depth.width = settings_.camera_model.width;
+    color.height = depth.height = settings_.camera_model.height;
+    const auto pixels = static_cast<std::size_t>(color.width) * static_cast<std::size_t>(color.height);
+    color.rgb.resize(3 * pixels);
+    depth.depth.resize(pixels);
+    camera_.render(exposure.snapshot, exposure.frame, color.rgb, depth.depth);
+    episode.runner.on_scene(episode.perceiver.process(color, &depth), now);
+  }
+}
+
+void InProcessCell::carry_out(Episode& episode) {
+  const Time now = episode.world.now();
+  for (auto& action : episode.runner.take_actions()) {
+    if (const auto* send = std::get_if<task::SendStroke>(&action)) {
+      episode.executor.submit(send->stroke, now);
+    } else if (const auto* run = std::get_if<task::RunStrategy>(&action)) {
+      const auto began = std::chrono::steady_clock::now();
+      auto decision = episode.strategy->decide(run->scene, run->context);
+      episode.result.decision_s.push_back(to_seconds(std::chrono::steady_clock::now() - began));
+      episode.thought = Episode::Thought{run->ticket, std::move(decision), settings_.think_charge, now + settings_.think_charge};
+    } else if (auto* outcome = std::get_if<Outcome>(&action)) {
+      episode.result.outcomes.push_back(*outcome);
+    }
+  }
+}
+
+double smallest_gap(const std::vector<SimDisc>& discs) noexcept {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < discs.size(); ++i) {
+    for (std::size_t j = i + 1; j < discs.size(); ++j) {
+      smallest = std::min(smallest, (discs[i].p_WD - discs[j].p_WD).norm() - discs[i].radius - discs[j].radius);
+    }
+  }
+  return smallest;
+}
+
+}  // namespace breakshot::support

@@ -1,0 +1,99 @@
+#pragma once
+
+#include "common/config/cell_config.hpp"
+#include "common/config/formation.hpp"
+#include "common/task.hpp"
+#include "controller/loop/control_loop.hpp"
+#include "controller/loop/stroke_executor.hpp"
+#include "controller/motion/stroke_planner.hpp"
+#include "perception/perceiver.hpp"
+#include "planner/strategy/strategy.hpp"
+#include "planner/task/task_runner.hpp"
+#include "sim_bridge/camera/camera.hpp"
+#include "sim_bridge/world/sim_world.hpp"
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace breakshot::support {
+
+/// Everything that the libraries of the cell are built from, as their processes read it from one configuration.
+struct InProcessSettings {
+  CellConfig cell;
+  ArmDescription arm;
+  CameraModel camera_model;
+  sim_bridge::SimSettings sim;
+  sim_bridge::CameraSettings camera;
+  double disc_mass = 0.1;  ///< of a disc of disc_mass_radius; others by their area, kg
+  double disc_mass_radius = 0.030;
+  motion::MotionSettings motion;
+  control::LoopConfig loop;
+  perception::PerceptionSettings perception;
+  strategy::StrategySettings strategy;
+  task::TaskSettings task;
+  std::string strategy_name = "paper";
+  Duration frame_period{};
+  Duration camera_latency{};
+  /// What the cell clock is charged for a decision and for planning a stroke. Fixed, because measured times would make runs differ; the
+  /// measured ones are reported beside it.
+  Duration think_charge = std::chrono::milliseconds{20};
+};
+
+/// Reads a cell configuration as the processes do. @throws ConfigError, ArmDescriptionError
+InProcessSettings load_in_process_settings(const std::string& config_file, const std::vector<std::string>& overrides = {});
+
+/// What an order came to.
+struct EpisodeResult {
+  TaskStatus task;                 ///< as the planner sees it
+  std::vector<SimDisc> truth;      ///< where the discs truly rest
+  double true_gap = 0.0;           ///< smallest gap in truth, m
+  int truly_lost = 0;              ///< discs outside the region or off the table
+  Duration duration{};             ///< of the cell clock, from the order to its end
+  std::vector<double> decision_s;  ///< measured time of each decision
+  std::vector<Outcome> outcomes;
+  std::uint32_t strikes = 0;
+};
+
+/// The whole cell in one thread, without DDS: world, drives, camera, perception, planner, motion and control loop are the very libraries
+/// that the processes are made of, joined by function calls in lockstep.
+///
+/// Deterministic: bit-identical for the same settings, discs and seed, on the same binary and machine. Frames that nobody would look at
+/// are not rendered. Runs 5 to 20 times faster than real time.
+class InProcessCell {
+ public:
+  /// Starts GL, which takes half a second: keep the cell for many episodes. @throws whatever the libraries refuse
+  explicit InProcessCell(const InProcessSettings& settings);
+  ~InProcessCell();
+  InProcessCell(const InProcessCell&) = delete;
+  InProcessCell& operator=(const InProcessCell&) = delete;
+
+  /// Puts the arm to its park pose and the formation on the table, and runs one order to its end.
+  ///
+  /// @param physics  the world's truth for this episode
+  /// @param seed     of random strategies and of the camera's noise
+  EpisodeResult run(const Formation& formation, const TaskRequest& request, const std::string& strategy, const sim_bridge::TablePhysics& physics,
+                    std::uint64_t seed);
+
+  const InProcessSettings& settings() const noexcept { return settings_; }
+  /// An order as the gateway would pass it on when the MES leaves everything to the cell.
+  TaskRequest default_request() const;
+
+ private:
+  struct Episode;
+  void tick(Episode& episode);
+  void look(Episode& episode);
+  void carry_out(Episode& episode);
+
+  InProcessSettings settings_;
+  sim_bridge::Camera camera_;
+  motion::StrokePlanner stroke_planner_;
+  std::uint64_t frames_ = 0;
+};
+
+/// Smallest gap between any two discs, m; infinity with fewer than two.
+double smallest_gap(const std::vector<SimDisc>& discs) noexcept;
+
+}  // namespace breakshot::support
