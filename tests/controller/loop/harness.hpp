@@ -28,6 +28,8 @@ class FakeDrives {
   void take(const JointCommand& command);
   JointState state() const;
 
+  /// Where the arm stands at the start.
+  void place(const JointVector& q) { q_ = q; }
   /// Something holds a joint where it now is, whatever the commands say; or lets go.
   void block(int joint) {
     blocked_joint_ = joint;

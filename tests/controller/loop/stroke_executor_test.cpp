@@ -1,0 +1,235 @@
+#include "tests/controller/loop/harness.hpp"
+#include "tests/support/arms.hpp"
+
+#include "controller/loop/stroke_executor.hpp"
+#include "controller/motion/stroke_planner.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace breakshot::control::test {
+namespace {
+
+JointVector park_pose() {
+  // cell.arm.park_deg of config/cell.yaml
+  return (JointVector{6} << 40.0, -108.0, -93.0, -51.0, 97.0, -90.0).finished() * (std::numbers::pi / 180.0);
+}
+
+motion::MotionSettings motion_settings() {
+  motion::MotionSettings settings;
+  settings.park = park_pose();
+  return settings;
+}
+
+Pose base_pose() {
+  Pose X_WB = Pose::Identity();
+  X_WB.translation() = Vector3{-0.5, 0.0, 0.0};
+  return X_WB;
+}
+
+LoopConfig ur5e_config() {
+  LoopConfig config = test_config();
+  const auto arm = support::ur5e();
+  for (std::size_t j = 0; j < arm.joints.size(); ++j) {
+    config.limits.lower[j] = arm.joints[j].lower;
+    config.limits.upper[j] = arm.joints[j].upper;
+    config.limits.max_speed[j] = arm.joints[j].max_speed;
+  }
+  return config;
+}
+
+class Executor : public ::testing::Test {
+ protected:
+  Executor() { stand.drives.place(park_pose()); }
+  void SetUp() override { ASSERT_TRUE(stand.get_ready()); }
+
+  static StrokeRequest hit(std::uint64_t id) {
+    StrokeRequest request;
+    request.id = id;
+    request.kind = StrokeKind::kHit;
+    request.p_WS = {0.05, 0.02};
+    request.direction_W = {1.0, 0.0};
+    request.speed = 0.4;
+    request.run_in = 0.04;
+    return request;
+  }
+  static StrokeRequest push(std::uint64_t id) {
+    StrokeRequest request = hit(id);
+    request.kind = StrokeKind::kPush;
+    request.speed = 0.1;
+    request.length = 0.08;
+    return request;
+  }
+  static StrokeRequest park(std::uint64_t id) {
+    StrokeRequest request;
+    request.id = id;
+    return request;
+  }
+
+  void submit(const StrokeRequest& request) { executor.submit(request, stand.now()); }
+  /// A tick of everything, as the in-process cell does it.
+  void tick(const Stand::Upset& upset = {}) {
+    stand.tick(upset);
+    executor.poll(stand.now());
+    StrokeStatus status;
+    while (executor.next(status)) history.push_back(status);
+  }
+  /// Ticks until stroke `id` ends; its final status.
+  StrokeStatus finish(std::uint64_t id, int limit = 20'000) {
+    for (int i = 0; i < limit; ++i) {
+      for (const auto& status : history) {
+        if (status.id == id && is_final(status.phase)) return status;
+      }
+      tick();
+    }
+    ADD_FAILURE() << "stroke " << id << " never ended";
+    return {};
+  }
+  void run_until_phase(StrokePhase phase) {
+    for (int i = 0; i < 10'000 && (history.empty() || history.back().phase != phase); ++i) tick();
+    ASSERT_EQ(history.back().phase, phase);
+  }
+  std::size_t finals(std::uint64_t id) const {
+    return static_cast<std::size_t>(std::count_if(history.begin(), history.end(),
+                                                  [&](const StrokeStatus& status) { return status.id == id && is_final(status.phase); }));
+  }
+
+  Stand stand{ur5e_config()};
+  motion::StrokePlanner planner{support::ur5e(), base_pose(), motion_settings()};
+  StrokeExecutor executor{planner, stand.channels};
+  std::vector<StrokeStatus> history;
+};
+
+TEST_F(Executor, RunsAHitAndTellsEveryPhase) {
+  submit(hit(1));
+  const auto done = finish(1);
+  ASSERT_EQ(done.phase, StrokePhase::kDone) << done.text;
+  EXPECT_NEAR(done.contact_speed, 0.4, 0.004) << "ideal drives: the speed that was asked for, within 1 %";
+  EXPECT_GT(done.planned_total, done.planned_contact);
+  EXPECT_GT(done.planned_contact, Duration::zero());
+
+  std::vector<StrokePhase> phases;
+  for (const auto& status : history) {
+    EXPECT_EQ(status.id, 1U);
+    if (phases.empty() || phases.back() != status.phase) phases.push_back(status.phase);
+  }
+  using enum StrokePhase;
+  EXPECT_EQ(phases, (std::vector{kAccepted, kTransit, kRunIn, kFollowThrough, kRetreat, kParking, kDone}));
+  EXPECT_LT((stand.drives.state().q - park_pose()).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST_F(Executor, RunsStrokesOneAfterTheOther) {
+  for (std::uint64_t id = 1; id <= 6; ++id) {
+    StrokeRequest request = id % 2 == 0 ? push(id) : hit(id);
+    request.park_after = id == 6;
+    submit(request);
+    const auto done = finish(id);
+    EXPECT_EQ(done.phase, StrokePhase::kDone) << done.text;
+  }
+  EXPECT_EQ(stand.channels.events.dropped(), 0U);
+  EXPECT_EQ(stand.channels.returns.dropped(), 0U);
+}
+
+TEST_F(Executor, RefusesWithThePlannersReasonAndStaysReady) {
+  StrokeRequest fast = hit(1);
+  fast.speed = 1.9;
+  fast.p_WS = {0.25, 0.25};
+  submit(fast);
+  const auto refused = finish(1);
+  EXPECT_EQ(refused.phase, StrokePhase::kRefused);
+  EXPECT_NE(refused.reason, RefusalReason::kNone);
+  EXPECT_FALSE(refused.text.empty());
+  StrokeRequest nan = hit(2);
+  nan.speed = std::nan("");
+  submit(nan);
+  EXPECT_EQ(finish(2).reason, RefusalReason::kBadRequest);
+  submit(hit(3));
+  EXPECT_EQ(finish(3).phase, StrokePhase::kDone);
+}
+
+TEST_F(Executor, IsBusyWhileAStrokeRuns) {
+  submit(hit(1));
+  run_until_phase(StrokePhase::kTransit);
+  submit(push(2));
+  EXPECT_EQ(finish(2).reason, RefusalReason::kBusy);
+  EXPECT_EQ(finish(1).phase, StrokePhase::kDone);
+}
+
+TEST_F(Executor, TheSameRequestAgainIsTheSameStroke) {
+  submit(hit(1));
+  submit(hit(1));
+  run_until_phase(StrokePhase::kRunIn);
+  submit(hit(1));
+  EXPECT_EQ(finish(1).phase, StrokePhase::kDone);
+  EXPECT_EQ(finals(1), 1U);
+  submit(hit(1));
+  tick();
+  EXPECT_EQ(finals(1), 2U) << "its final status once more";
+  EXPECT_FALSE(stand.status().moving);
+  // A planner that restarted counts from 1 again: another request under the same id is another stroke.
+  history.clear();
+  submit(push(1));
+  EXPECT_EQ(finish(1).phase, StrokePhase::kDone);
+  EXPECT_GT(history.size(), 3U);
+}
+
+TEST_F(Executor, CancelStopsTheStrokeAndAFreshRequestGoesOn) {
+  submit(hit(1));
+  run_until_phase(StrokePhase::kTransit);
+  for (int i = 0; i < 100; ++i) tick();
+  executor.cancel("test", stand.now());
+  const auto stopped = finish(1);
+  EXPECT_EQ(stopped.phase, StrokePhase::kStopped);
+  EXPECT_NE(stopped.text.find("a stop was asked for"), std::string::npos) << stopped.text;
+  submit(park(2));
+  EXPECT_EQ(finish(2).phase, StrokePhase::kDone);
+}
+
+TEST_F(Executor, AParkRequestStopsTheStrokeUnderWayAndParks) {
+  submit(hit(1));
+  run_until_phase(StrokePhase::kTransit);
+  submit(park(2));
+  EXPECT_EQ(finish(2).phase, StrokePhase::kDone);
+  EXPECT_EQ(finish(1).phase, StrokePhase::kStopped);
+  EXPECT_LT((stand.drives.state().q - park_pose()).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST_F(Executor, IsNotReadyWithoutStatesAndGoesOnWhenTheyComeBack) {
+  submit(hit(1));
+  run_until_phase(StrokePhase::kTransit);
+  for (int i = 0; i < 600; ++i) tick({.lose_state = true});
+  const auto stopped = finish(1);
+  EXPECT_EQ(stopped.phase, StrokePhase::kStopped);
+  EXPECT_NE(stopped.text.find("no fresh joint state"), std::string::npos) << stopped.text;
+
+  submit(hit(2));
+  tick({.lose_state = true});
+  const auto refused = finish(2, 1);
+  EXPECT_EQ(refused.reason, RefusalReason::kNotReady);
+  EXPECT_NE(refused.text.find("no fresh joint state"), std::string::npos) << refused.text;
+
+  const JointVector rest = stand.drives.state().q;
+  for (int i = 0; i < 500; ++i) tick();
+  EXPECT_EQ(stand.drives.state().q, rest) << "nothing moves without a fresh request";
+  submit(hit(3));
+  EXPECT_EQ(finish(3).phase, StrokePhase::kDone);
+}
+
+TEST_F(Executor, AFollowingErrorIsToldWithItsFigures) {
+  submit(hit(1));
+  run_until_phase(StrokePhase::kTransit);
+  for (int i = 0; i < 100; ++i) tick();
+  stand.drives.block(0);
+  const auto stopped = finish(1);
+  EXPECT_EQ(stopped.phase, StrokePhase::kStopped);
+  EXPECT_NE(stopped.text.find("joint 1 is off by"), std::string::npos) << stopped.text;
+  stand.drives.unblock();
+  submit(park(2));
+  EXPECT_EQ(finish(2).phase, StrokePhase::kDone);
+}
+
+}  // namespace
+}  // namespace breakshot::control::test
