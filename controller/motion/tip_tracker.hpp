@@ -1,0 +1,27 @@
+#pragma once
+
+#include "controller/kinematics/arm_kinematics.hpp"
+
+namespace breakshot::motion {
+
+/// Follows a line of tip positions with the joints, the rod's axis held in one direction and its roll left free.
+///
+/// Newton's method from the joints of the neighbouring point, so it stays on the branch that it began on. Position and axis are five
+/// conditions; what freedom is left (the roll about the rod, and the elbow of a 7-joint arm) goes where the joints move least. A last joint that
+/// turns about the rod therefore does not move at all.
+class TipTracker {
+ public:
+  explicit TipTracker(const kinematics::ArmKinematics& arm) : arm_{&arm} {}
+
+  /// Moves q so that the tip is at p_WT with its z axis along `axis_W` (unit), to 1e-10 m and rad. Returns false - q is then of no use - when
+  /// that takes more than a small step: a singular or unreachable point. q may lie outside the joints' ranges.
+  bool follow(const Vector3& p_WT, const Vector3& axis_W, JointVector& q) const noexcept;
+
+  /// Joint speeds that move the tip at v_WT without turning the rod's axis; q as follow() left it.
+  JointVector joint_speed(const JointVector& q, const Vector3& v_WT_W) const noexcept;
+
+ private:
+  const kinematics::ArmKinematics* arm_;
+};
+
+}  // namespace breakshot::motion
