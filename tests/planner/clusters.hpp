@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <string>
 #include <vector>
 
 namespace breakshot::test {
@@ -70,6 +71,22 @@ inline std::vector<Disc> random_cluster(std::mt19937_64& random, int n, double l
   for (const Disc& disc : discs) centre += disc.p_WD / static_cast<double>(n);
   for (Disc& disc : discs) disc.p_WD -= centre;
   return discs;
+}
+
+/// Formations in the manner of the paper's figures: A to F of Fig. 3, and those of Figs. 11 to 13. The arm stands towards -x.
+inline std::vector<Disc> formation(const std::string& name) {
+  const double d = 0.060, h = d * std::sqrt(3.0) / 2.0;
+  if (name == "A") return {disc_at(0, -d / 2), disc_at(0, d / 2)};
+  if (name == "B") return {disc_at(-h, 0), disc_at(0, -d / 2), disc_at(0, d / 2)};
+  if (name == "C") return {disc_at(-h, 0), disc_at(0, -d / 2), disc_at(0, d / 2), disc_at(h, 0)};
+  if (name == "D") return {disc_at(-h, -d / 2), disc_at(-h, d / 2), disc_at(0, -d), disc_at(0, 0), disc_at(0, d)};
+  std::vector<Disc> six{disc_at(-h, 0), disc_at(0, -d / 2), disc_at(0, d / 2), disc_at(h, -d), disc_at(h, 0), disc_at(h, d)};
+  if (name == "F") six[3] = disc_at(0, 1.5 * d);
+  if (name == "fig11") six[0].p_WD.x() -= 0.040;
+  if (name == "fig12") six = {disc_at(-h, 0), disc_at(0, d / 2), disc_at(0, -d / 2), disc_at(h, 0), disc_at(h, -d), disc_at(2 * h, -d / 2)};
+  if (name == "fig13")
+    six = {disc_at(0, d / 2), disc_at(0, -d / 2), disc_at(h, d), disc_at(h, 0), disc_at(2 * h, d / 2), disc_at(2 * h, 1.5 * d)};
+  return six;
 }
 
 inline double smallest_gap(const std::vector<Disc>& discs) {

@@ -1,0 +1,29 @@
+#include "planner/task/scene_watch.hpp"
+
+namespace breakshot::task {
+
+void SceneWatch::start(Time now) noexcept {
+  started_ = last_usable_ = last_exposed_ = now;
+  at_rest_ = 0;
+  trouble_.clear();
+}
+
+SceneWatch::Verdict SceneWatch::on_scene(const Scene& scene, Time now) noexcept {
+  if (scene.exposed <= last_exposed_) return Verdict::kIgnored;
+  last_exposed_ = scene.exposed;
+  if (scene.quality != SceneQuality::kOk) {
+    at_rest_ = 0;
+    trouble_ = std::string{"the camera image is "} + to_string(scene.quality) + (scene.text.empty() ? "" : ": " + scene.text);
+    return Verdict::kUnusable;
+  }
+  last_usable_ = now;
+  trouble_.clear();
+  if (!(scene.max_speed < settings_.settle_speed)) {
+    at_rest_ = 0;
+    return Verdict::kMoving;
+  }
+  ++at_rest_;
+  return at_rest_ < settings_.settled_scenes ? Verdict::kAtRest : Verdict::kSettled;
+}
+
+}  // namespace breakshot::task

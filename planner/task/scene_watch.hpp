@@ -1,0 +1,45 @@
+#pragma once
+
+#include "common/scene.hpp"
+#include "planner/task/task_settings.hpp"
+
+#include <string>
+
+namespace breakshot::task {
+
+/// Decides when what the camera shows may be decided on: a scene at rest, exposed after the arm was out of the way.
+class SceneWatch {
+ public:
+  explicit SceneWatch(const TaskSettings& settings) : settings_{settings} {}
+
+  enum class Verdict : std::uint8_t {
+    kIgnored,   ///< exposed too early, or seen before
+    kUnusable,  ///< quality is not kOk
+    kMoving,    ///< a disc moves
+    kAtRest,    ///< at rest, but not yet for as many scenes as it takes
+    kSettled,
+  };
+
+  /// Begins to look: from now on only scenes exposed after `now` count.
+  void start(Time now) noexcept;
+  Verdict on_scene(const Scene& scene, Time now) noexcept;
+
+  /// Scenes at rest in a row, since the start.
+  int scenes_at_rest() const noexcept { return at_rest_; }
+  /// Nothing usable came for longer than settings.scene_silence.
+  bool silent(Time now) const noexcept { return now - last_usable_ > settings_.scene_silence; }
+  /// Usable scenes come, but for settings.settle_limit none was settled.
+  bool restless(Time now) const noexcept { return at_rest_ == 0 && now - started_ > settings_.settle_limit; }
+  /// What is wrong with the newest scene, for people; empty when none came.
+  const std::string& trouble() const noexcept { return trouble_; }
+
+ private:
+  TaskSettings settings_;
+  Time started_{};
+  Time last_usable_{};
+  Time last_exposed_{};
+  int at_rest_ = 0;
+  std::string trouble_;
+};
+
+}  // namespace breakshot::task

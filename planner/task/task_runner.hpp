@@ -1,0 +1,121 @@
+#pragma once
+
+#include "common/scene.hpp"
+#include "common/stroke.hpp"
+#include "common/task.hpp"
+#include "planner/strategy/strategy.hpp"
+#include "planner/task/scene_watch.hpp"
+#include "planner/task/stroke_link.hpp"
+#include "planner/task/task_settings.hpp"
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace breakshot::task {
+
+/// Ask the controller. Sent again with the same id while it does not answer.
+struct SendStroke {
+  StrokeRequest stroke;
+};
+
+/// Run the strategy on a scene and answer with on_decision(ticket, ...). Only the newest ticket counts.
+struct RunStrategy {
+  std::uint64_t ticket = 0;
+  Scene scene;
+  strategy::DecisionContext context;  ///< the filter is the caller's to add
+};
+
+/// What a task wants done, in order. TaskStatus: publish it, something changed.
+using Action = std::variant<SendStroke, RunStrategy, Plan, Outcome, TaskStatus>;
+
+/// Runs one task at a time to its end: look, decide, act, look again, until singulated or given up for a stated reason.
+///
+/// Pure: events come in with the time of the cell clock, actions come out; no threads, no clock, no DDS, so tests play a whole cell in
+/// microseconds. Call on_tick() at least at 10 Hz, and take_actions() after every event. Not thread-safe.
+///
+/// Times: `look` is from the first word of the task, or from a table that came to rest, to a scene to decide on; `decide` the strategy's
+/// thinking; `move` from the request of a stroke until the discs are free; `settle` from then until the first scene at rest. Pauses count
+/// nowhere, neither as time nor towards the timeout.
+class TaskRunner {
+ public:
+  /// @param first_stroke_id  above every id that an earlier life of the planner may have used
+  TaskRunner(const TaskSettings& settings, std::string strategy_name, std::uint64_t first_stroke_id = 1);
+
+  /// A request that was taken before (same seq) is ignored: it was sent again because our status was late. A start while another order runs
+  /// is left unacknowledged, so it is sent again and taken when that order has ended.
+  void on_request(const TaskRequest& request, Time now);
+  void on_scene(const Scene& scene, Time now);
+  void on_stroke_status(const StrokeStatus& status, Time now);
+  void on_decision(std::uint64_t ticket, strategy::Decision decision, Duration think, Time now);
+  void on_tick(Time now);
+  /// The cell clock stands still (lockstep: simulator, camera or controller are gone), seen by somebody with another clock.
+  void on_clock_stopped(Time now);
+
+  std::vector<Action> take_actions();
+  /// As of the last event.
+  const TaskStatus& status() const noexcept { return status_; }
+  bool running() const noexcept { return status_.phase != TaskPhase::kIdle && !is_final(status_.phase); }
+
+ private:
+  /// How a task is to end once the stroke under way is over and the arm is parked.
+  struct End {
+    TaskPhase phase = TaskPhase::kFailed;
+    TaskFailure failure = TaskFailure::kNone;
+    std::string text;
+  };
+
+  void advance(Time now) noexcept;
+  void set_phase(TaskPhase phase, std::string text);
+  void publish_status();
+
+  void start(const TaskRequest& request, Time now);
+  void look(Time now);
+  void judge(const Scene& scene, Time now);
+  bool count_is_right(const Scene& scene);
+  void ask_strategy(Time now);
+  void try_next_option(Time now);
+  void send(const StrokeRequest& stroke, Time now);
+  void drop_waiting_stroke();
+  void stroke_over(Time now);
+  void refused(const StrokeStatus& status, Time now);
+  void emit_outcome(const StrokeStatus& status);
+
+  void end_with(End end, Time now);
+  void fail(TaskFailure failure, std::string text, Time now);
+  void finish(const End& end, Time now);
+
+  TaskSettings settings_;
+  std::string strategy_name_;
+  std::vector<Action> actions_;
+
+  TaskRequest task_;
+  TaskStatus status_;
+  std::optional<End> ending_;
+  bool pause_asked_ = false;
+  bool parked_ = false;         // the last stroke ended with the arm parked
+  bool parked_before_ = false;  // the same before the stroke under way
+  Time accounted_to_{};
+  Duration unpaused_{};  // time spent on the task without pauses
+
+  SceneWatch watch_;
+  Scene scene_;  // the one decided on
+  std::uint32_t discs_known_ = 0;
+  std::uint32_t contacts_left_ = 0;
+  PhaseTimes times_before_;  // at the last look's beginning
+
+  std::uint64_t ticket_ = 0;
+  std::uint64_t decisions_ = 0;
+  std::vector<strategy::StrokeOption> options_;
+  std::size_t option_ = 0;  // the next one to try
+  Duration think_{};        // that they took
+  double hit_speed_cap_ = 1e9;
+
+  StrokeLink link_;
+  int stops_ = 0;
+  std::uint64_t plans_ = 0;
+  std::optional<StrokeStatus> outcome_due_;  // of a stroke whose result has not been seen yet
+};
+
+}  // namespace breakshot::task

@@ -1,0 +1,225 @@
+#include "planner/strategy/strategy.hpp"
+
+#include "planner/strategy/stroke_room.hpp"
+#include "planner/strategy/table_model.hpp"
+#include "tests/planner/table_sim.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+
+namespace breakshot::strategy {
+namespace {
+
+/// A noise-free scene of discs.
+Scene scene_of(const std::vector<world::Disc>& discs) {
+  test::TableTruth truth;
+  truth.position_noise = 1e-9;
+  return test::TableSim{discs, truth, 1}.scene();
+}
+
+DecisionContext context() {
+  DecisionContext context;
+  context.region = {{-0.3, -0.3}, {0.3, 0.3}};
+  context.hits_left = 3;
+  context.pushes_left = 10;
+  return context;
+}
+
+TEST(Strategy, IsFoundByNameOrRefused) {
+  for (const auto& name : strategy_names()) EXPECT_EQ(make_strategy(name, {})->name(), name);
+  EXPECT_THROW(make_strategy("robust", {}), std::invalid_argument);
+}
+
+/// Properties that every offered stroke has, whatever the strategy and the table.
+class EveryStrategy : public testing::TestWithParam<const char*> {};
+
+TEST_P(EveryStrategy, OffersOnlyStrokesThatHaveRoom) {
+  const StrategySettings settings;
+  const auto strategy = make_strategy(GetParam(), settings);
+  std::mt19937_64 random{3};
+  for (int i = 0; i < 200; ++i) {
+    auto discs = test::random_cluster(random, 2 + i % 9, i % 2 == 0 ? 5e-4 : 1e-2, 0.025, 0.035);
+    const Vector2 shift{std::uniform_real_distribution{-0.12, 0.12}(random), std::uniform_real_distribution{-0.12, 0.12}(random)};
+    for (auto& disc : discs) disc.p_WD += shift;
+    auto ctx = context();
+    ctx.seed = random();
+    ctx.speed_scale = 0.7;
+    ctx.hits_left = i % 3 == 0 ? 0 : 3;
+    const Decision decision = strategy->decide(scene_of(discs), ctx);
+    if (decision.kind != Decision::Kind::kStroke) continue;
+    EXPECT_LE(decision.options.size(), 6U);
+    for (const auto& option : decision.options) {
+      const StrokeRequest& stroke = option.stroke;
+      EXPECT_NEAR(stroke.direction_W.norm(), 1.0, 1e-9);
+      EXPECT_TRUE(stroke.park_after);
+      EXPECT_EQ(option.predicted_p_WD.size(), discs.size());
+      for (const auto& p : option.predicted_p_WD) EXPECT_TRUE(ctx.region.contains(p));
+      EXPECT_FALSE(option.why.empty());
+      const bool hit = stroke.kind == StrokeKind::kHit;
+      const Vector2 begin = hit ? Vector2{stroke.p_WS - (stroke.run_in + settings.rules.hit_descent) * stroke.direction_W} : stroke.p_WS;
+      const Vector2 end = hit ? stroke.p_WS : Vector2{stroke.p_WS + stroke.length * stroke.direction_W};
+      EXPECT_TRUE(settings.cell.striker_area.contains(begin) && settings.cell.striker_area.contains(end));
+      for (const auto& disc : discs) {
+        const double distance = hit ? distance_to_segment(disc.p_WD, begin, end) : (disc.p_WD - begin).norm();
+        EXPECT_GT(distance - disc.radius - settings.cell.striker_radius, hit ? -1e-6 : 0.002) << option.why;
+      }
+      if (hit) {
+        EXPECT_GT(ctx.hits_left, 0U);
+        EXPECT_LE(stroke.speed, 0.7 * settings.rules.hit_speed_max + 1e-9);
+      }
+    }
+  }
+}
+
+TEST_P(EveryStrategy, DecidesTheSameAgain) {
+  const auto first = make_strategy(GetParam(), {});
+  const auto second = make_strategy(GetParam(), {});
+  auto ctx = context();
+  ctx.seed = 99;
+  const Scene scene = scene_of(test::formation("F"));
+  first->decide(scene_of(test::formation("D")), ctx);  // nothing is remembered from other scenes
+  const Decision a = first->decide(scene, ctx);
+  const Decision b = second->decide(scene, ctx);
+  ASSERT_EQ(a.options.size(), b.options.size());
+  for (std::size_t k = 0; k < a.options.size(); ++k) {
+    EXPECT_EQ(a.options[k].stroke.p_WS, b.options[k].stroke.p_WS);
+    EXPECT_EQ(a.options[k].stroke.speed, b.options[k].stroke.speed);
+    EXPECT_EQ(a.options[k].why, b.options[k].why);
+  }
+}
+
+TEST_P(EveryStrategy, KnowsWhenThereIsNothingToDoOrNothingToDoItWith) {
+  const auto strategy = make_strategy(GetParam(), {});
+  EXPECT_EQ(strategy->decide(scene_of({}), context()).kind, Decision::Kind::kSingulated);
+  EXPECT_EQ(strategy->decide(scene_of({test::disc_at(0, 0)}), context()).kind, Decision::Kind::kSingulated);
+  EXPECT_EQ(strategy->decide(scene_of({test::disc_at(0, 0), test::disc_at(0.076, 0)}), context()).kind, Decision::Kind::kSingulated);
+  EXPECT_EQ(strategy->decide(scene_of({test::disc_at(0, 0), test::disc_at(0.074, 0)}), context()).kind, Decision::Kind::kStroke);
+  auto none = context();
+  none.pushes_left = 0;
+  none.hits_left = 0;
+  const Decision decision = strategy->decide(scene_of(test::formation("E")), none);
+  EXPECT_EQ(decision.kind, Decision::Kind::kNoStroke);
+  EXPECT_FALSE(decision.why.empty());
+}
+
+TEST_P(EveryStrategy, SaysThatAnOverlapCannotBe) {
+  const auto strategy = make_strategy(GetParam(), {});
+  const Decision decision = strategy->decide(scene_of({test::disc_at(0, 0), test::disc_at(0.04, 0)}), context());
+  EXPECT_EQ(decision.kind, Decision::Kind::kNoStroke);
+  EXPECT_NE(decision.why.find("overlap by 20.000 mm"), std::string::npos) << decision.why;
+}
+
+/// Refuses the first so many strokes that it is asked about.
+class Refusing final : public StrokeFilter {
+ public:
+  explicit Refusing(int refusals) : left_{refusals} {}
+  std::optional<std::string> refusal(const StrokeRequest&) const override {
+    if (left_-- > 0) return "out of reach";
+    return std::nullopt;
+  }
+
+ private:
+  mutable int left_;
+};
+
+TEST_P(EveryStrategy, TakesTheNextBestWhenTheArmCannotAndSaysWhy) {
+  const auto strategy = make_strategy(GetParam(), {});
+  auto ctx = context();
+  const Scene scene = scene_of(test::formation("A"));
+  const Decision free = strategy->decide(scene, ctx);
+  const Refusing one{1};
+  ctx.filter = &one;
+  const Decision second = strategy->decide(scene, ctx);
+  ASSERT_FALSE(second.options.empty());
+  EXPECT_EQ(second.options[0].stroke.p_WS, free.options[1].stroke.p_WS);
+  EXPECT_NE(second.options[0].why.find("out of reach"), std::string::npos) << second.options[0].why;
+  const Refusing all{1000};
+  ctx.filter = &all;
+  EXPECT_EQ(strategy->decide(scene, ctx).kind, Decision::Kind::kNoStroke);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EveryStrategy, testing::Values("paper", "random_hybrid", "random_push"),
+                         [](const auto& test) { return std::string{test.param}; });
+
+TEST(Paper, PushesAlongTheTangentFromTheArmsSide) {
+  const auto paper = make_strategy("paper", {});
+  const Decision decision = paper->decide(scene_of(test::formation("A")), context());
+  ASSERT_EQ(decision.kind, Decision::Kind::kStroke);
+  const StrokeRequest& stroke = decision.options[0].stroke;
+  EXPECT_EQ(stroke.kind, StrokeKind::kPush);
+  EXPECT_NEAR(stroke.direction_W.x(), 1.0, 1e-6);  // A stands across the arm's view: the tangent leads away from the arm
+  EXPECT_NEAR(stroke.p_WS.y(), 0.0, 1e-6);
+  EXPECT_LT(stroke.p_WS.x(), -0.0264);  // off the two discs
+  EXPECT_NEAR(decision.options[0].predicted_gap, 0.020, 2e-4);
+  EXPECT_LT(decision.options[1].stroke.direction_W.x(), -0.99);  // the far side is the next best
+}
+
+TEST(Paper, HitsTheNearestDiscBetweenItsTwoNeighbours) {
+  const auto paper = make_strategy("paper", {});
+  for (const char* name : {"E", "fig11"}) {
+    const Decision decision = paper->decide(scene_of(test::formation(name)), context());
+    ASSERT_EQ(decision.kind, Decision::Kind::kStroke);
+    const StrokeRequest& stroke = decision.options[0].stroke;
+    EXPECT_EQ(stroke.kind, StrokeKind::kHit) << name;
+    EXPECT_NEAR(stroke.direction_W.x(), 1.0, 1e-5) << name;
+    EXPECT_NEAR(stroke.p_WS.y(), 0.0, 1e-6) << name;
+    EXPECT_NE(decision.options[0].why.find("disc 1 between 2 and 3 (simultaneous impact)"), std::string::npos) << decision.options[0].why;
+  }
+}
+
+TEST(Paper, RaisesTheSpeedOnlyAsFarAsTheArmAttains) {
+  const auto paper = make_strategy("paper", {});
+  auto ctx = context();
+  ctx.hit_speed_cap = 0.45;
+  const Decision decision = paper->decide(scene_of(test::formation("E")), ctx);
+  ASSERT_EQ(decision.options[0].stroke.kind, StrokeKind::kHit);
+  EXPECT_LE(decision.options[0].stroke.speed, 0.45);
+  ctx.hit_speed_cap = 0.1;
+  EXPECT_EQ(paper->decide(scene_of(test::formation("E")), ctx).options[0].stroke.kind, StrokeKind::kPush);
+}
+
+TEST(Paper, TakesTheOtherSideWhenDiscsWouldLeave) {
+  // The pair lies at the far border; a push away from the arm would carry it out.
+  auto discs = test::formation("A");
+  for (auto& disc : discs) disc.p_WD.x() += 0.297;
+  const Decision decision = make_strategy("paper", {})->decide(scene_of(discs), context());
+  ASSERT_EQ(decision.kind, Decision::Kind::kStroke);
+  EXPECT_LT(decision.options[0].stroke.direction_W.x(), 0.0);
+  EXPECT_NE(decision.options[0].why.find("would leave"), std::string::npos) << decision.options[0].why;
+}
+
+TEST(Paper, FollowsPerceptionsPushLineButNotAFalseOne) {
+  const auto paper = make_strategy("paper", {});
+  Scene scene = scene_of(test::formation("A"));
+  SceneContact contact;
+  contact.a = 0;
+  contact.b = 1;
+  contact.p_touch = 1.0;
+  contact.push_direction_W = {std::cos(0.1), std::sin(0.1)};
+  contact.contour_length = 0.040;
+  scene.contacts = {contact};
+  const auto followed = paper->decide(scene, context()).options[0].stroke;
+  EXPECT_NEAR((followed.direction_W - contact.push_direction_W).norm(), 0.0, 1e-9);
+  EXPECT_NEAR(followed.length, (Vector2{0.0, 0.0} - followed.p_WS).norm() + 0.020 + 0.020, 1e-6);
+  scene.contacts[0].push_direction_W = {std::cos(1.0), std::sin(1.0)};
+  EXPECT_NEAR(paper->decide(scene, context()).options[0].stroke.direction_W.x(), 1.0, 1e-6);
+}
+
+TEST(TableModel, JoinsContactsToClustersAndListsEveryPairBelowG) {
+  auto discs = test::formation("E");
+  discs.push_back(test::disc_at(0.2, 0.2));
+  discs.push_back(test::disc_at(0.2, 0.27));  // 10 mm apart: too near, not in contact
+  std::string why;
+  const auto model = model_of(scene_of(discs), 0.015, {}, why);
+  ASSERT_TRUE(model) << why;
+  EXPECT_EQ(model->cluster_size.size(), 3U);
+  EXPECT_EQ(model->cluster_size[0], 6);
+  EXPECT_EQ(model->pairs.size(), 10U);  // nine contacts of the rack, and the pair
+  EXPECT_FALSE(model->pairs.back().contact);
+}
+
+}  // namespace
+}  // namespace breakshot::strategy
