@@ -24,12 +24,20 @@ UrdfLines::UrdfLines(const std::string& text, std::string file) : file_{std::mov
     const char* const name = element->Attribute("name");
     if (name == nullptr) continue;  // urdfdom refuses it
     const std::string_view kind = element->Name();
-    if (kind == "link") links_.emplace(name, element->GetLineNum());
+    if (kind == "link") add(links_, *element, name);
     if (kind == "joint") {
-      joints_.emplace(name, element->GetLineNum());
+      add(joints_, *element, name);
       if (const auto* const limit = element->FirstChildElement("limit")) limits_.emplace(name, limit->GetLineNum());
     }
   }
+}
+
+void UrdfLines::add(Index& index, const tinyxml2::XMLElement& element, const char* name) const {
+  const auto [entry, added] = index.emplace(name, element.GetLineNum());
+  if (added) return;
+  throw ArmDescriptionError{file_ + ":" + std::to_string(element.GetLineNum()) + ": " + element.Name() + " " + name +
+                            ": found the name a second time; allowed: each name once; the first is at line " +
+                            std::to_string(entry->second)};
 }
 
 std::string UrdfLines::limit(std::string_view joint_name) const {

@@ -7,12 +7,16 @@
 #include <string_view>
 #include <vector>
 
+namespace tinyxml2 {
+class XMLElement;
+}  // namespace tinyxml2
+
 namespace breakshot::urdf_detail {
 
 /// Where the elements of a URDF stand. urdfdom knows no line numbers, so the text is read a second time for them.
 class UrdfLines {
  public:
-  /// @throws ArmDescriptionError naming `file` and the line, when the text is no well-formed XML with a <robot> at its root
+  /// @throws ArmDescriptionError naming `file` and the line, when the text is no well-formed XML with a <robot> at its root, or names a link or a joint twice
   UrdfLines(const std::string& text, std::string file);
 
   /// "file:line" of <link name="..."> or <joint name="...">; just "file" for a name that is not there.
@@ -28,6 +32,7 @@ class UrdfLines {
 
  private:
   using Index = std::map<std::string, int, std::less<>>;
+  void add(Index& index, const tinyxml2::XMLElement& element, const char* name) const;
   std::string place(const Index& index, std::string_view name) const;
 
   std::string file_;

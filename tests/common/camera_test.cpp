@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -24,7 +25,7 @@ std::string error_with(const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   text.replace(at, from.size(), to);
-  const std::filesystem::path file = std::filesystem::path{testing::TempDir()} / "breakshot_camera.yaml";
+  const std::filesystem::path file = std::filesystem::path{testing::TempDir()} / ("breakshot_" + std::to_string(getpid()) + "_camera.yaml");
   std::ofstream{file} << text;
   std::string message = "no error";
   try {

@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -58,7 +59,8 @@ std::string error_of(const std::string& spec) {
 
 /// The error of a file with the given text.
 std::string error_of_file(const std::string& text) {
-  const std::filesystem::path file = std::filesystem::path{testing::TempDir()} / "breakshot_formation.yaml";
+  const std::filesystem::path file =
+      std::filesystem::path{testing::TempDir()} / ("breakshot_" + std::to_string(getpid()) + "_formation.yaml");
   std::ofstream{file} << text;
   std::string message = "no error";
   try {
