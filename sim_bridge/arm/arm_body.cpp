@@ -54,7 +54,7 @@ ArmBody::ArmBody(const ArmDescription& arm, const Pose& X_WB, const DriveSetting
 
 void ArmBody::step(const DriveReference& reference, const Vector3& force_W, double dt) {
   const bool pushed = !force_W.isZero(0.0);
-  const bool still = !pushed && reference.qd.isZero(0.0) && qd_.cwiseAbs().maxCoeff() < kStillSpeed &&
+  const bool still = !pushed && torque_share_ == 1.0 && reference.qd.isZero(0.0) && qd_.cwiseAbs().maxCoeff() < kStillSpeed &&
                      (reference.q - q_).cwiseAbs().maxCoeff() < kStillAngle;
   still_steps_ = still ? std::min(still_steps_ + 1, kSettleSteps) : 0;
   if (still_steps_ == kSettleSteps) {
@@ -66,7 +66,8 @@ void ArmBody::step(const DriveReference& reference, const Vector3& force_W, doub
   const JointVector error = reference.q - q_;
   const JointVector speed_error = reference.qd - qd_;
   const JointVector wanted = reference.qdd + 2.0 * drives_.bandwidth * speed_error + drives_.bandwidth * drives_.bandwidth * error;
-  tau_ = dynamics_.torque(posture_, qd_, wanted).cwiseMin(max_torque_).cwiseMax(-max_torque_);
+  const JointVector limit = torque_share_ * max_torque_;
+  tau_ = dynamics_.torque(posture_, qd_, wanted).cwiseMin(limit).cwiseMax(-limit);
   peak_torque_share_ = std::max(peak_torque_share_, (tau_.array().abs() / max_torque_.array()).maxCoeff());
 
   // The rotor: I (qd' - qd) / dt = tau - load, where the load is what it passes on to the joint. Written as qd' + (dt / I) load = qd + (dt / I) tau, that is

@@ -25,6 +25,9 @@ class ArmBody {
   /// @param force_W  on the tip's origin during the whole sub-step, N
   void step(const DriveReference& reference, const Vector3& force_W, double dt);
 
+  /// Lets the drives give only this share of their torque, 0 to 1: a fault.
+  void weaken(double share) noexcept { torque_share_ = share; }
+
   const JointVector& q() const noexcept { return q_; }
   const JointVector& qd() const noexcept { return qd_; }
   const JointVector& tau() const noexcept { return tau_; }
@@ -51,6 +54,7 @@ class ArmBody {
   JointVector q_, qd_, tau_;
   JointVector q_start_;  // ODE counts hinge angles from where the hinges were made
   ArmPosture posture_;
+  double torque_share_ = 1.0;
   double peak_torque_share_ = 0.0;
   int still_steps_ = 0;
 

@@ -157,11 +157,12 @@ CommandVerdict SimWorld::command(const JointCommand& command) noexcept {
 void SimWorld::tick() { implementation_->tick(); }
 void SimWorld::slip(Duration by) noexcept { implementation_->now_ += by; }
 void SimWorld::place(std::span<const SimDisc> discs) { implementation_->place(discs); }
+void SimWorld::weaken_drives(double share) noexcept { implementation_->arm_.weaken(share); }
 Time SimWorld::now() const noexcept { return implementation_->now_; }
 
 JointState SimWorld::joint_state() const noexcept {
   const Implementation& world = *implementation_;
-  return {.seq = world.seq_,
+  return {.seq = world.seq_ + 1,
           .session = world.settings_.session,
           .stamp = world.now_,
           .q = world.arm_.q(),

@@ -57,6 +57,9 @@ class SimWorld {
   /// @throws std::invalid_argument that says which disc overlaps what, is off the table, or has an absurd number
   void place(std::span<const SimDisc> discs);
 
+  /// Lets the drives give only this share of their torque, 0 to 1; 1: all of it. For fault injection.
+  void weaken_drives(double share) noexcept;
+
   Time now() const noexcept;
   JointState joint_state() const noexcept;
   /// Reuses the vectors' memory.
