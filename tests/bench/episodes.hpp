@@ -1,0 +1,48 @@
+#pragma once
+
+#include "tests/support/in_process_cell.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace breakshot::bench {
+
+/// One order to be run: the same formation, seed and world for every strategy, so that strategies are compared in pairs.
+struct EpisodeSpec {
+  std::string formation;   ///< name in config/formations, or "random"
+  std::string strategy;
+  std::uint64_t seed = 1;
+  int index = 0;           ///< among the episodes of this formation
+};
+
+struct EpisodeRecord {
+  EpisodeSpec spec;
+  support::EpisodeResult result;
+  bool success = false;    ///< the order ended as singulated, and by truth no disc is lost and no gap is short by more than kGapTolerance
+  double time_s = 0.0;     ///< of the cell clock; kFailureTime for a failure
+};
+
+/// What perception may be wrong by, m: the planner stops when it *sees* every gap reach G.
+inline constexpr double kGapTolerance = 0.5e-3;
+/// A failure counts as this many seconds (singulation.md, protocol).
+inline constexpr double kFailureTime = 60.0;
+
+/// How far an episode's world is from the configured one. The planner is told none of it (singulation.md section 5).
+struct WorldSpread {
+  double gap_jitter = 0.5e-3;  ///< contacts are opened by up to this, m
+  double friction = 0.15;      ///< relative, uniform
+  double restitution = 0.05;   ///< absolute, uniform
+  int random_discs = 6;        ///< of a "random" formation
+};
+
+/// Runs one episode; everything in it follows from the spec. @throws what the cell throws
+EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec, const WorldSpread& spread);
+
+/// Runs all of them on `jobs` threads, each with a cell of its own. Results come in the order of the specs, whatever the number of jobs.
+/// @param progress  called after each episode, from one thread at a time
+std::vector<EpisodeRecord> run_episodes(const support::InProcessSettings& settings, const std::vector<EpisodeSpec>& specs, const WorldSpread& spread,
+                                        int jobs, const std::function<void(std::size_t done, const EpisodeRecord&)>& progress);
+
+}  // namespace breakshot::bench
