@@ -38,6 +38,7 @@ StrokeExecutor::StrokeExecutor(motion::StrokePlanner& planner, LoopChannels& cha
 void StrokeExecutor::submit(const StrokeRequest& request, Time now) {
   loop_ = channels_.status.latest();
   if (repeats(request, now)) return;
+  if (!closed_.empty()) return refuse(request, RefusalReason::kNotReady, closed_, now);
   if (stage_ == Stage::kIdle) return begin(request, now);
   if (request.kind != StrokeKind::kPark) {
     return refuse(request, RefusalReason::kBusy, "stroke " + std::to_string(status_.id) + " is under way; wait for its final status", now);
@@ -48,8 +49,14 @@ void StrokeExecutor::submit(const StrokeRequest& request, Time now) {
 }
 
 void StrokeExecutor::cancel(const std::string& why, Time now) {
-  if (stage_ == Stage::kWaiting) return finish(StrokePhase::kRefused, RefusalReason::kNotReady, why, now);
+  if (stage_ == Stage::kWaiting) finish(StrokePhase::kRefused, RefusalReason::kNotReady, why, now);
   channels_.requests.push({.kind = LoopRequest::Kind::kStop});
+}
+
+void StrokeExecutor::close(const std::string& why, Time now) {
+  closed_ = why;
+  if (next_) refuse(*std::exchange(next_, std::nullopt), RefusalReason::kNotReady, why, now);
+  cancel(why, now);
 }
 
 void StrokeExecutor::poll(Time now) {

@@ -36,6 +36,12 @@ class StrokeExecutor {
   /// Stops whatever moves, on its path. The stroke under way ends as kStopped, or kRefused when it has not begun.
   void cancel(const std::string& why, Time now);
 
+  /// cancel(), and from now on every request is refused.
+  void close(const std::string& why, Time now);
+
+  /// Commands of somebody else were seen on their way to the drives.
+  void report_foreign_commander() { channels_.requests.push({.kind = LoopRequest::Kind::kForeignCommander}); }
+
   /// Takes in what the loop has told since the last call, and carries on. Planning happens in here (tens of milliseconds). Call it every few
   /// milliseconds of the cell clock.
   void poll(Time now);
@@ -84,6 +90,7 @@ class StrokeExecutor {
   StrokeRequest request_;              ///< of the stroke under way
   StrokeStatus status_;                ///< of the stroke under way
   std::optional<StrokeRequest> next_;  ///< a park request that waits for the stroke under way to stop
+  std::string closed_;                 ///< why every request is refused; empty: it is not
   Time wait_until_{};
   bool recovery_sent_ = false;
   std::string last_safety_;  ///< newest safety event, with its figures

@@ -1,0 +1,259 @@
+#include "controller/node/controller_node.hpp"
+
+#include "common/dds/cell_topics.hpp"
+#include "common/dds/endpoint.hpp"
+#include "common/process/health_publisher.hpp"
+#include "common/process/role_lock.hpp"
+#include "common/urdf/arm_description.hpp"
+#include "controller/controller_config.hpp"
+#include "controller/loop/control_loop.hpp"
+#include "controller/loop/event_text.hpp"
+#include "controller/loop/stroke_executor.hpp"
+#include "controller/motion/stroke_planner.hpp"
+#include "controller/node/command_sender.hpp"
+#include "controller/node/loop_thread.hpp"
+#include "controller/node/stroke_desk.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <atomic>
+#include <cstring>
+#include <thread>
+#include <utility>
+
+namespace breakshot::control {
+
+namespace {
+
+/// How long commands of another controller are listened for before the first own one.
+constexpr Duration kListenForOthers = std::chrono::milliseconds{300};
+/// How often the lack of joint states is said again.
+constexpr Duration kRemind = std::chrono::seconds{5};
+/// For the arm to come to rest when the process ends: a stop takes 0.3 s at rated speed.
+constexpr Duration kMaxStop = std::chrono::milliseconds{1500};
+
+/// Commands on cell/joint_command that are not ours.
+struct ForeignCommands {
+  std::atomic<std::uint64_t> count{0};
+  std::atomic<std::uint64_t> session{0};
+};
+
+void warn_of(const std::vector<rt::MissingGuarantee>& missing) {
+  if (missing.empty()) return;
+  spdlog::warn("code=not_realtime ********************************************************************************");
+  spdlog::warn("code=not_realtime THE CONTROL LOOP RUNS WITHOUT {} OF ITS REAL-TIME GUARANTEES", missing.size());
+  for (const auto& each : missing)
+    spdlog::warn("code=not_realtime missing: {}. Effect: {}. To grant it: {}.", each.what, each.effect, each.remedy);
+  spdlog::warn("code=not_realtime ********************************************************************************");
+}
+
+void log_event(const LoopEvent& event) {
+  using Kind = LoopEvent::Kind;
+  switch (event.kind) {
+    case Kind::kSafety: spdlog::warn("code=safety stroke={} {}", event.stroke_id, describe(event)); return;
+    case Kind::kStopped: spdlog::warn("code=stopped stroke={} {}", event.stroke_id, describe(event)); return;
+    case Kind::kNotStarted:
+    case Kind::kNotRecovered: spdlog::warn("code=refused stroke={} {}", event.stroke_id, describe(event)); return;
+    case Kind::kRecovered: spdlog::info("code=recovered"); return;
+    case Kind::kDone: spdlog::info("code=done stroke={}", event.stroke_id); return;
+    case Kind::kPhase:
+    case Kind::kContact: spdlog::debug("code=stroke stroke={} {}", event.stroke_id, describe(event)); return;
+  }
+}
+
+double microseconds(Duration span) noexcept { return 1e6 * to_seconds(span); }
+
+/// Turns what the loop knows into `cell/health`. Lives on the health thread.
+class HealthReport {
+ public:
+  HealthReport(LoopLinks& links, const StrokeDesk& desk) : links_{links}, desk_{desk} {}
+
+  bool operator()(Health& health) {
+    const LoopStatus loop = desk_.loop();
+    const LoopFigures& figures = links_.figures.latest();
+    const int timer_error = links_.timer_error;
+    health.state = state_of(loop, timer_error);
+    health.text = text_of(loop, timer_error);
+    health.cycles = figures.cycles;
+    health.overruns = figures.skipped;
+    health.wakeup_p99_us = microseconds(figures.wakeup.quantile(0.99));
+    health.wakeup_max_us = microseconds(figures.wakeup.max());
+    health.compute_p99_us = microseconds(figures.compute.quantile(0.99));
+    health.compute_max_us = microseconds(figures.compute.max());
+    for (std::size_t flaw = 1; flaw < loop.states.size(); ++flaw) health.dropped += loop.states[flaw];
+    measure_rate(health);
+
+    const auto beats = links_.heartbeats.load(std::memory_order_relaxed);
+    return std::exchange(beats_, beats) != beats;
+  }
+
+ private:
+  static HealthState state_of(const LoopStatus& loop, int timer_error) {
+    if (timer_error != 0 || loop.action == safety::Action::kFault) return HealthState::kFault;
+    if (loop.causes.has(safety::Cause::kNoState)) return HealthState::kStarting;
+    if (loop.action > safety::Action::kHold) return HealthState::kStopped;
+    return loop.action == safety::Action::kRun && loop.obeyed ? HealthState::kReady : HealthState::kDegraded;
+  }
+
+  static std::string text_of(const LoopStatus& loop, int timer_error) {
+    if (timer_error != 0) return fmt::format("the loop's timer failed: {}", std::strerror(timer_error));
+    std::string text = to_string(loop.action);
+    if (!loop.causes.empty()) text += ": " + describe(loop.causes);
+    if (loop.causes.empty() && !loop.obeyed) text += ": the drives do not take the commands yet";
+    return text.substr(0, 255);
+  }
+
+  void measure_rate(Health& health) {
+    const auto span = health.stamp - rate_since_;
+    if (span >= std::chrono::seconds{1}) {
+      rate_ = static_cast<double>(health.cycles - rate_cycles_) / to_seconds(span);
+      rate_since_ = health.stamp;
+      rate_cycles_ = health.cycles;
+    }
+    health.loop_hz = rate_;
+  }
+
+  LoopLinks& links_;
+  const StrokeDesk& desk_;
+  std::uint64_t beats_ = 0;
+  Time rate_since_{};
+  std::uint64_t rate_cycles_ = 0;
+  double rate_ = 0.0;
+};
+
+/// Everything but the order in which it starts and stops.
+class Controller {
+ public:
+  explicit Controller(process::Process& process)
+      : process_{process},
+        config_{load_controller_config(process.config(), process.cell())},
+        arm_{load_arm(process.cell().arm.urdf, process.cell().arm.base_link, process.cell().arm.tip_link)},
+        planner_{arm_, process.cell().arm.X_WB, config_.motion},
+        loop_{complete(config_.loop, arm_, process.session()), channels_},
+        executor_{planner_, channels_},
+        participant_{process.cell().dds.cell, "breakshot-controller"},
+        command_writer_{participant_},
+        status_writer_{participant_} {
+    executor_.observe_events(log_event);
+  }
+
+  void run();
+
+ private:
+  static LoopConfig complete(LoopConfig loop, const ArmDescription& arm, std::uint64_t session) {
+    loop.limits = joint_limits(arm, loop.stop.acceleration);
+    loop.session = session;
+    return loop;
+  }
+  /// Returns when joint states come and nobody else commands; false when the process is to stop before.
+  bool wait_for_drives();
+  void refuse_other_commander() const;
+  /// Until the process is to stop: says when it is ready, passes on what the DDS threads saw.
+  void watch(StrokeDesk& desk);
+  void wait_for_rest(const StrokeDesk& desk) const;
+
+  process::Process& process_;
+  ControllerConfig config_;
+  ArmDescription arm_;
+  motion::StrokePlanner planner_;
+  LoopChannels channels_;
+  LoopLinks links_;
+  ControlLoop loop_;
+  StrokeExecutor executor_;
+  std::atomic<std::uint64_t> states_{0};
+  ForeignCommands foreign_;
+
+  dds::Participant participant_;
+  dds::Writer<JointCommand> command_writer_;
+  dds::Writer<StrokeStatus> status_writer_;
+};
+
+void Controller::refuse_other_commander() const {
+  if (foreign_.count == 0) return;
+  throw process::RoleTaken(
+      fmt::format("another controller (session {:016x}) sends commands on {} of domain {}: {} of them while this one listened; allowed: "
+                  "none. Stop it first; one arm has one controller",
+                  foreign_.session.load(), dds::Topic<JointCommand>::kName, process_.cell().dds.cell, foreign_.count.load()));
+}
+
+bool Controller::wait_for_drives() {
+  Time reminded = process::monotonic_now();
+  while (states_ == 0) {
+    if (process_.wait(std::chrono::milliseconds{20})) return false;
+    ++links_.heartbeats;
+    refuse_other_commander();
+    if (process::monotonic_now() - reminded < kRemind) continue;
+    reminded = process::monotonic_now();
+    spdlog::warn("code=no_states no joint state on {} of domain {}; is sim_bridge (or the drives' driver) running?",
+                 dds::Topic<JointState>::kName, process_.cell().dds.cell);
+  }
+  if (process_.wait(kListenForOthers)) return false;
+  refuse_other_commander();
+  return true;
+}
+
+void Controller::wait_for_rest(const StrokeDesk& desk) const {
+  const Time until = process::monotonic_now() + kMaxStop;
+  while (process::monotonic_now() < until) {
+    const LoopStatus loop = desk.loop();
+    // Stopped by now, or nobody is there to move the arm.
+    if (loop.action > safety::Action::kHold && (loop.at_rest || !loop.commanding)) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+  }
+  spdlog::warn("code=stop_timeout the arm did not come to rest within {} ms; the drives brake by themselves",
+               kMaxStop / std::chrono::milliseconds{1});
+}
+
+void Controller::run() {
+  const bool lockstep_mode = process_.cell().mode == CellMode::kLockstep;
+  const dds::Subscription<JointCommand> others{participant_, [this](JointCommand&& command) {
+                                                 if (command.session == process_.session()) return;
+                                                 foreign_.session = command.session;
+                                                 ++foreign_.count;
+                                               }};
+  const dds::Subscription<JointState> states{participant_, [this, lockstep_mode](JointState&& state) {
+                                               process_.clock().observe(state.stamp);
+                                               links_.states.write(state);
+                                               ++states_;
+                                               if (lockstep_mode) links_.state_came.notify();
+                                             }};
+  StrokeDesk desk{executor_, [this](const StrokeStatus& status) { status_writer_.write(status); },
+                  [this] { return process_.clock().now(); }};
+  const dds::Subscription<StrokeRequest> requests{participant_, [&desk](StrokeRequest&& request) { desk.submit(request); }};
+  const process::HealthPublisher health{process_, participant_, HealthReport{links_, desk}};
+  if (!wait_for_drives()) return;
+
+  // All other threads exist by now, so none of them inherits what the loop's thread gets.
+  if (config_.lock_memory && !lockstep_mode) warn_of(rt::lock_memory(config_.realtime));
+  const CommandSender sender{links_, [this](const JointCommand& command) { command_writer_.write(command); }};
+  LoopThread loop{lockstep_mode ? LoopThread::Mode::kLockstep : LoopThread::Mode::kRealTime, loop_, links_, config_.loop.period,
+                  config_.realtime};
+  warn_of(loop.missing_guarantees());
+
+  watch(desk);
+  desk.close();
+  wait_for_rest(desk);
+}
+
+void Controller::watch(StrokeDesk& desk) {
+  bool ready = false;
+  std::uint64_t foreign = 0;
+  while (!process_.wait(std::chrono::milliseconds{20})) {
+    if (const int error = links_.timer_error; error != 0)
+      throw std::runtime_error(fmt::format("clock_nanosleep failed: {}", std::strerror(error)));
+    if (const auto count = foreign_.count.load(); count != std::exchange(foreign, count)) {
+      desk.report_foreign_commander();
+    }
+    if (!ready && desk.loop().ready()) {
+      ready = true;
+      process_.ready(fmt::format("commands the {} joints of {}, {}", arm_.joints.size(), arm_.name, to_string(process_.cell().mode)));
+    }
+  }
+}
+
+}  // namespace
+
+void run_controller(process::Process& process) { Controller{process}.run(); }
+
+}  // namespace breakshot::control
