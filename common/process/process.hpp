@@ -3,6 +3,7 @@
 #include "common/config/cell_config.hpp"
 #include "common/config/config_node.hpp"
 #include "common/process/cell_clock.hpp"
+#include "common/process/exit_status.hpp"
 #include "common/time.hpp"
 
 #include <atomic>
@@ -12,13 +13,6 @@
 #include <string>
 
 namespace breakshot::process {
-
-/// Exit statuses (sysexits.h where it has one). systemd does not restart after kExitConfig: it would only fail again.
-inline constexpr int kExitOk = 0;
-inline constexpr int kExitFailure = 1;
-inline constexpr int kExitUsage = 64;
-inline constexpr int kExitRoleTaken = 73;
-inline constexpr int kExitConfig = 78;
 
 /// What run_process() hands to a process's body.
 class Process {
