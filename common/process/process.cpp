@@ -136,6 +136,7 @@ int run_process(const ProcessInfo& info, int argc, char** argv, const std::funct
       spdlog::error("code=failed {}", error.what());
       notify_status(error.what());
       status = kExitFailure;
+      if (dynamic_cast<const RoleTaken*>(&error) != nullptr) status = kExitRoleTaken;
       if (dynamic_cast<const ConfigError*>(&error) != nullptr || dynamic_cast<const ArmDescriptionError*>(&error) != nullptr) status = kExitConfig;
     }
     stop_logging();

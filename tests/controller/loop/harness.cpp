@@ -81,6 +81,18 @@ void FakeDrives::move() {
   qd_ = (1 - x) * a.qd + x * b.qd;
 }
 
+void FakeDrives::step_to(Time now) {
+  if (now - now_ > std::chrono::milliseconds{50}) now_ = now - kTick;
+  while (now_ < now) step();
+}
+
+void FakeDrives::restart() {
+  FakeDrives fresh{session_ + 1};
+  fresh.q_ = q_;
+  fresh.now_ = now_;
+  *this = fresh;
+}
+
 JointState FakeDrives::state() const {
   JointState state;
   state.seq = seq_;
@@ -159,14 +171,6 @@ const LoopEvent* Stand::find(LoopEvent::Kind kind) {
   events();
   const auto found = std::find_if(events_.begin(), events_.end(), [&](const LoopEvent& event) { return event.kind == kind; });
   return found == events_.end() ? nullptr : &*found;
-}
-
-void Stand::restart_drives() {
-  const auto q = drives.q_;
-  const Time at = drives.now_;
-  drives = FakeDrives{drives.session_ + 1};
-  drives.q_ = q;
-  drives.now_ = at;
 }
 
 }  // namespace breakshot::control::test

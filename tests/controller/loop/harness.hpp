@@ -25,6 +25,10 @@ class FakeDrives {
   explicit FakeDrives(std::uint64_t session);
 
   void step();
+  /// Steps until the drives' clock, which is set to `now` when it is far behind, has reached it.
+  void step_to(Time now);
+  /// The drives start anew where the arm stands.
+  void restart();
   void take(const JointCommand& command);
   JointState state() const;
 
@@ -102,7 +106,7 @@ class Stand {
     events();
     events_.clear();
   }
-  void restart_drives();
+  void restart_drives() { drives.restart(); }
 
   LoopConfig config;
   LoopChannels channels;

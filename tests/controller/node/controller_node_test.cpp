@@ -1,0 +1,212 @@
+#include "tests/controller/node/controller_process.hpp"
+#include "tests/controller/node/fake_bridge.hpp"
+
+#include "common/process/exit_status.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <functional>
+#include <memory>
+#include <numbers>
+
+namespace breakshot::control::test {
+namespace {
+
+using std::chrono::seconds;
+
+/// Long enough for a machine under any load; no test waits for it unless it fails.
+constexpr Duration kPatience = seconds{30};
+
+JointVector park_pose() {
+  return (JointVector{6} << 40.0, -108.0, -93.0, -51.0, 97.0, -90.0).finished() * (std::numbers::pi / 180.0);  // cell.arm.park_deg
+}
+
+class ControllerNode : public ::testing::Test {
+ protected:
+  // A domain of this process's own, so that test programs may run side by side; 100 to 229 is left alone by the cell's own defaults.
+  ControllerNode() : domain_{100 + static_cast<int>(getpid() % 130)}, participant_{domain_, "controller_node_test"} {
+    drives_.place(park_pose());
+  }
+
+  std::vector<std::string> overrides(bool lockstep) const {
+    return {"cell.dds.cell_domain=" + std::to_string(domain_), std::string{"cell.mode="} + (lockstep ? "lockstep" : "real_time"),
+            "controller.drive_lag_ms=0"};
+  }
+  void start_bridge(bool lockstep) { bridge_ = std::make_unique<FakeBridge>(participant_, lockstep, drives_); }
+  void start_controller(bool lockstep) { controller_ = std::make_unique<ControllerProcess>(overrides(lockstep)); }
+  void start(bool lockstep) {
+    start_bridge(lockstep);
+    start_controller(lockstep);
+    ASSERT_TRUE(controller_->says("code=ready", kPatience)) << controller_->log();
+    // The controller finds our writer when it likes; a request before that would be lost, being volatile.
+    ASSERT_TRUE(until([&] { return requests_.matched() > 0 && statuses_.matched() > 0; }));
+  }
+
+  template <typename Condition>
+  bool until(const Condition& condition) {
+    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() >= deadline) return false;
+      StrokeStatus status;
+      if (statuses_.take(status, std::chrono::milliseconds{5})) history_.push_back(status);
+    }
+    return true;
+  }
+  /// Sends a request and waits until a status of it satisfies `wanted`.
+  StrokeStatus ask(const StrokeRequest& request, const std::function<bool(const StrokeStatus&)>& wanted) {
+    requests_.write(request);
+    return await(request.id, wanted);
+  }
+  StrokeStatus await(std::uint64_t id, const std::function<bool(const StrokeStatus&)>& wanted) {
+    StrokeStatus found;
+    const bool came = until([&] {
+      for (const auto& status : history_) {
+        if (status.id != id || !wanted(status)) continue;
+        found = status;
+        return true;
+      }
+      return false;
+    });
+    EXPECT_TRUE(came) << "stroke " << id << '\n' << controller_->log();
+    return found;
+  }
+  static bool final(const StrokeStatus& status) { return is_final(status.phase); }
+
+  static StrokeRequest hit(std::uint64_t id) {
+    StrokeRequest request;
+    request.id = id;
+    request.kind = StrokeKind::kHit;
+    request.p_WS = {0.05, 0.02};
+    request.speed = 0.4;
+    request.run_in = 0.04;
+    return request;
+  }
+  static StrokeRequest park(std::uint64_t id) {
+    StrokeRequest request;
+    request.id = id;
+    return request;
+  }
+
+  int domain_;
+  dds::Participant participant_;
+  FakeDrives drives_{7};
+  dds::Writer<StrokeRequest> requests_{participant_};
+  dds::Reader<StrokeStatus> statuses_{participant_};
+  std::vector<StrokeStatus> history_;
+  std::unique_ptr<FakeBridge> bridge_;
+  std::unique_ptr<ControllerProcess> controller_;
+};
+
+TEST_F(ControllerNode, RunsStrokesInLockstepAndEndsCleanly) {
+  start(true);
+  const auto done = ask(hit(1), final);
+  EXPECT_EQ(done.phase, StrokePhase::kDone) << done.text;
+  EXPECT_NEAR(done.contact_speed, 0.4, 0.004);
+  StrokeRequest absurd = hit(2);
+  absurd.p_WS = {5.0, 5.0};
+  const auto refused = ask(absurd, final);
+  EXPECT_EQ(refused.phase, StrokePhase::kRefused);
+  EXPECT_FALSE(refused.text.empty());
+  EXPECT_EQ(ask(park(3), final).phase, StrokePhase::kDone);
+  controller_->signal(SIGTERM);
+  EXPECT_EQ(controller_->wait(kPatience), process::kExitOk) << controller_->log();
+}
+
+TEST_F(ControllerNode, StopsOnItsPathWhenToldToEndInMidStroke) {
+  start(true);
+  ask(hit(1), [](const StrokeStatus& status) { return status.phase == StrokePhase::kTransit; });
+  controller_->signal(SIGTERM);
+  const auto stopped = await(1, final);
+  EXPECT_EQ(stopped.phase, StrokePhase::kStopped) << stopped.text;
+  EXPECT_EQ(controller_->wait(kPatience), process::kExitOk) << controller_->log();
+  EXPECT_EQ(controller_->log().find("stop_timeout"), std::string::npos);
+  EXPECT_LT(bridge_->drives().state().qd.cwiseAbs().maxCoeff(), 0.02) << "at rest when it ends";
+}
+
+TEST_F(ControllerNode, StopsWhenTheBridgeDiesAndGoesOnOnlyWhenAskedTo) {
+  start(false);
+  ask(hit(1), [](const StrokeStatus& status) { return status.phase == StrokePhase::kTransit; });
+  drives_ = bridge_->drives();
+  bridge_.reset();
+  const auto stopped = await(1, final);
+  EXPECT_EQ(stopped.phase, StrokePhase::kStopped);
+  EXPECT_NE(stopped.text.find("no fresh joint state"), std::string::npos) << stopped.text;
+  const auto refused = ask(hit(2), final);
+  EXPECT_EQ(refused.reason, RefusalReason::kNotReady);
+
+  drives_.restart();
+  start_bridge(false);
+  ASSERT_TRUE(controller_->says("the drives restarted", kPatience)) << controller_->log();
+  // The controller commands again, and only what is. (The arm was moving when its drives died; where they brake to is theirs to say.)
+  std::uint64_t acknowledged = 0;
+  JointVector rest;
+  ASSERT_TRUE(until([&] {
+    const auto state = bridge_->drives().state();
+    if (acknowledged == 0 && !state.braked && state.qd.isZero(0.0)) {
+      acknowledged = state.command_seq;
+      rest = state.q;
+    }
+    return acknowledged != 0 && state.command_seq > acknowledged + 300;
+  }));
+  EXPECT_LT((bridge_->drives().state().q - rest).cwiseAbs().maxCoeff(), 1e-6) << "nothing moves without a fresh request";
+
+  // A machine under load may stop a stroke; a planner asks again, and so does this test.
+  StrokePhase phase = StrokePhase::kRefused;
+  for (std::uint64_t id = 3; id < 8 && phase != StrokePhase::kDone; ++id) phase = ask(park(id), final).phase;
+  EXPECT_EQ(phase, StrokePhase::kDone) << controller_->log();
+  EXPECT_LT((bridge_->drives().state().q - park_pose()).cwiseAbs().maxCoeff(), 1e-3);
+}
+
+TEST_F(ControllerNode, WaitsForABridgeThatIsLate) {
+  start_controller(true);
+  ASSERT_TRUE(controller_->says("code=start", kPatience)) << controller_->log();
+  EXPECT_EQ(controller_->log().find("code=ready"), std::string::npos);
+  start_bridge(true);
+  EXPECT_TRUE(controller_->says("code=ready", kPatience)) << controller_->log();
+}
+
+TEST_F(ControllerNode, RefusesToStartBesideAnotherController) {
+  start(true);
+  ControllerProcess second{overrides(true)};
+  EXPECT_EQ(second.wait(kPatience), process::kExitRoleTaken) << second.log();
+  EXPECT_NE(second.log().find("controller"), std::string::npos);
+}
+
+TEST_F(ControllerNode, RefusesToStartWhileSomebodyElseCommandsTheDrives) {
+  // A commander on another machine, or one of another make: it holds no lock of ours.
+  dds::Writer<JointCommand> foreign{participant_};
+  std::jthread commander{[&](const std::stop_token& stop) {
+    JointCommand command;
+    command.session = 0xbad;
+    command.q = park_pose();
+    command.qd = command.qdd = JointVector::Zero(6);
+    while (!stop.stop_requested()) {
+      ++command.seq;
+      foreign.write(command);
+      std::this_thread::sleep_for(std::chrono::milliseconds{1});
+    }
+  }};
+  start_bridge(false);
+  start_controller(false);
+  const auto status = controller_->wait(kPatience);
+  EXPECT_EQ(status, process::kExitRoleTaken) << controller_->log();
+  EXPECT_NE(controller_->log().find("0000000000000bad"), std::string::npos) << controller_->log();
+  EXPECT_EQ(controller_->log().find("code=ready"), std::string::npos);
+}
+
+TEST_F(ControllerNode, RefusesAConfigurationThatIsWrong) {
+  const auto refuses = [&](const std::string& setting, const std::string& says) {
+    ControllerProcess wrong{{"cell.dds.cell_domain=" + std::to_string(domain_), setting}};
+    EXPECT_EQ(wrong.wait(kPatience), process::kExitConfig) << wrong.log();
+    EXPECT_NE(wrong.log().find(says), std::string::npos) << wrong.log();
+  };
+  refuses("controller.lead_ms=.nan", "controller.lead_ms");
+  refuses("controller.safety.stop_ticks=2", "controller.safety.stop_ticks");
+  refuses("controller.motion.striker_area.max=[0.1, 0.1]", "striker_area");
+  refuses("cell.arm.tip_link=nose", "nose");
+}
+
+}  // namespace
+}  // namespace breakshot::control::test
