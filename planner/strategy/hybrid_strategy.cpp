@@ -64,7 +64,7 @@ void HybridStrategy::add_hits(const TableModel& model, const DecisionContext& co
   for (const HitAim& aim : hit_aims(model, static_cast<int>(largest - model.cluster_size.begin()), context)) {
     if (decision.options.size() >= enough) break;
     std::string why_not;
-    auto option = hit_option(model, aim, context, why_not);
+    auto option = hit_option(model, aim, context, decision.options.empty(), why_not);
     if (!option) {
       note(obstacle, aim.what, why_not);
       continue;
@@ -75,10 +75,11 @@ void HybridStrategy::add_hits(const TableModel& model, const DecisionContext& co
   if (decision.options.empty()) decision.why = obstacle.empty() ? "no direction to hit in" : "no hit: " + obstacle;
 }
 
-bool HybridStrategy::hit_has_room(const TableModel& model, const HitAim& aim, std::string& why_not) const {
+bool HybridStrategy::hit_has_room(const TableModel& model, const HitAim& aim, double speed, std::string& why_not) const {
   const auto& rules = settings_.rules;
   const auto& cell = settings_.cell;
-  const Vector2 begin = aim.p_WS - (rules.hit_run_in + rules.hit_descent) * aim.direction_W;
+  // Straight at full depth on the run-in, and on its way down between the discs before that.
+  const Vector2 begin = aim.p_WS - std::max(rules.hit_run_in, cell.hit_fall * speed) * aim.direction_W;
   if (!way_is_inside(cell.striker_area, begin, aim.p_WS)) {
     why_not = "the run-in leaves the striker's area";
     return false;
@@ -90,47 +91,75 @@ bool HybridStrategy::hit_has_room(const TableModel& model, const HitAim& aim, st
   return true;
 }
 
-std::optional<StrokeOption> HybridStrategy::hit_option(const TableModel& model, const HitAim& aim, const DecisionContext& context,
-                                                       std::string& why_not) {
-  if (!hit_has_room(model, aim, why_not)) return std::nullopt;
-  const auto& rules = settings_.rules;
+StrokeRequest HybridStrategy::hit_request(const HitAim& aim, double speed) const {
   StrokeRequest stroke;
   stroke.kind = StrokeKind::kHit;
   stroke.p_WS = aim.p_WS;
   stroke.direction_W = aim.direction_W;
-  stroke.run_in = rules.hit_run_in;
+  stroke.run_in = settings_.rules.hit_run_in;
+  stroke.speed = speed;
+  return stroke;
+}
 
-  // The speed is raised step by step until the gap is reached or a disc would leave (paper, Sec. 4).
+std::vector<HybridStrategy::SpeedTrial> HybridStrategy::try_speeds(const TableModel& model, const HitAim& aim,
+                                                                   const DecisionContext& context, std::string& why_ended) {
+  // "We repeatedly hit the formation with the chosen direction, while increasing velocity until the desired distance is obtained", or
+  // as long as "the disks remain inside the predefined workspace" (paper, Sec. 4).
+  const auto& rules = settings_.rules;
   const double fastest = std::min(rules.hit_speed_max * context.speed_scale, context.hit_speed_cap);
-  std::optional<TrialResult> best;
-  double best_speed = 0.0;
-  bool leaves = false;
+  std::vector<SpeedTrial> trials;
+  why_ended = "the arm is too slow there";
   for (double speed = rules.hit_speed_min; speed <= fastest + 1e-9; speed += rules.hit_speed_step) {
-    stroke.speed = speed;
-    auto trial = trial_.run(model, stroke, context, why_not);
-    if (!trial) return std::nullopt;
+    if (!hit_has_room(model, aim, speed, why_ended)) break;
+    auto trial = trial_.run(model, hit_request(aim, speed), context, why_ended);
+    if (!trial) break;
     if (trial->border < rules.border_margin_hit) {
-      leaves = true;
+      why_ended = "faster, a disc would leave";
       break;
     }
-    if (!best || trial->pairs_below < best->pairs_below) {
-      best = std::move(trial);
-      best_speed = speed;
+    const bool done = trial->pairs_below == 0;
+    trials.push_back({speed, std::move(*trial)});
+    if (done) break;
+  }
+  return trials;
+}
+
+std::optional<StrokeOption> HybridStrategy::hit_option(const TableModel& model, const HitAim& aim, const DecisionContext& context,
+                                                       bool leads, std::string& why_not) {
+  std::vector<SpeedTrial> trials = try_speeds(model, aim, context, why_not);
+  const auto refusal_at = [&](const SpeedTrial& one) -> std::optional<StrokeRefusal> {
+    if (!leads || context.filter == nullptr) return std::nullopt;
+    return context.filter->refusal(hit_request(aim, one.speed));
+  };
+  while (!trials.empty()) {
+    // The slowest of those that leave the fewest pairs: speed beyond that only carries discs further.
+    const auto best = std::min_element(
+        trials.begin(), trials.end(), [](const SpeedTrial& a, const SpeedTrial& b) { return a.result.pairs_below < b.result.pairs_below; });
+    const auto refusal = refusal_at(*best);
+    if (!refusal) {
+      StrokeOption option = option_of(hit_request(aim, best->speed), best->result, context);
+      option.why = "hit " + aim.what + " at " + metres_per_second(best->speed) + ": ";
+      option.why += best->result.pairs_below == 0
+                        ? "gap " + millimetres(best->result.smallest_gap) + " in the virtual world"
+                        : std::to_string(best->result.pairs_below) + " pairs left below the gap in the virtual world; " + why_not;
+      return option;
     }
-    if (best->pairs_below == 0) break;
+    why_not = refusal->text;
+    if (refusal->reason != RefusalReason::kTooFast) return std::nullopt;
+    // What the arm does at a speed it does at lower ones: halve the way down to the fastest that it does.
+    trials.erase(best, trials.end());
+    auto accepted = trials.begin();
+    for (auto low = trials.begin(), high = trials.end(); low != high;) {
+      const auto middle = low + (high - low) / 2;
+      if (refusal_at(*middle)) {
+        high = middle;
+      } else {
+        low = accepted = middle + 1;
+      }
+    }
+    trials.erase(accepted, trials.end());
   }
-  if (!best) {
-    why_not = leaves ? "a disc would leave at the lowest speed" : "the arm is too slow there";
-    return std::nullopt;
-  }
-  stroke.speed = best_speed;
-  if (!allowed(stroke, context, why_not)) return std::nullopt;
-  StrokeOption option = option_of(stroke, *best, context);
-  option.why = "hit " + aim.what + " at " + metres_per_second(best_speed) + ": ";
-  option.why += best->pairs_below == 0 ? "gap " + millimetres(best->smallest_gap) + " in the virtual world"
-                                       : std::to_string(best->pairs_below) + " pairs left below the gap in the virtual world" +
-                                             (leaves ? ", faster a disc would leave" : "");
-  return option;
+  return std::nullopt;
 }
 
 void HybridStrategy::add_pushes(const TableModel& model, const DecisionContext& context, Decision& decision) {
@@ -181,10 +210,11 @@ void HybridStrategy::add_pushes(const TableModel& model, const DecisionContext& 
   const bool first = decision.options.empty();
   for (const Tried& one : tried) {
     if (decision.options.size() >= static_cast<std::size_t>(rules.alternatives)) break;
-    std::string why_not;
-    if (!allowed(one.stroke, context, why_not)) {
-      note(obstacle, "push " + one.aim->what, why_not);
-      continue;
+    if (context.filter != nullptr && decision.options.empty()) {
+      if (const auto refusal = context.filter->refusal(one.stroke)) {
+        note(obstacle, "push " + one.aim->what, refusal->text);
+        continue;
+      }
     }
     StrokeOption option = option_of(one.stroke, one.trial, context);
     option.why = "push " + one.aim->what + ": gap now " + millimetres(model.pairs[one.aim->pair].gap) + ", " +
@@ -201,14 +231,6 @@ void HybridStrategy::add_pushes(const TableModel& model, const DecisionContext& 
 
 double HybridStrategy::push_length(const ClosePair& pair, const Vector2& p_WS, const Vector2& direction) const noexcept {
   return (pair.middle_W - p_WS).dot(direction) + 0.5 * pair.contour_length + 2.0 * settings_.cell.striker_radius;
-}
-
-bool HybridStrategy::allowed(const StrokeRequest& stroke, const DecisionContext& context, std::string& why_not) const {
-  if (context.filter == nullptr) return true;
-  auto refusal = context.filter->refusal(stroke);
-  if (!refusal) return true;
-  why_not = std::move(*refusal);
-  return false;
 }
 
 StrokeOption HybridStrategy::option_of(const StrokeRequest& stroke, const TrialResult& trial, const DecisionContext& context) const {

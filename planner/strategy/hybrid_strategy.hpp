@@ -51,11 +51,19 @@ class HybridStrategy : public Strategy {
   const StrategySettings& settings() const noexcept { return settings_; }
 
  private:
-  bool hit_has_room(const TableModel& model, const HitAim& aim, std::string& why_not) const;
-  std::optional<StrokeOption> hit_option(const TableModel& model, const HitAim& aim, const DecisionContext& context, std::string& why_not);
+  /// A speed of a hit and what it comes to.
+  struct SpeedTrial {
+    double speed = 0.0;
+    TrialResult result;
+  };
+
+  bool hit_has_room(const TableModel& model, const HitAim& aim, double speed, std::string& why_not) const;
+  std::vector<SpeedTrial> try_speeds(const TableModel& model, const HitAim& aim, const DecisionContext& context, std::string& why_ended);
+  std::optional<StrokeOption> hit_option(const TableModel& model, const HitAim& aim, const DecisionContext& context, bool leads,
+                                         std::string& why_not);
   void add_hits(const TableModel& model, const DecisionContext& context, Decision& decision);
   void add_pushes(const TableModel& model, const DecisionContext& context, Decision& decision);
-  bool allowed(const StrokeRequest& stroke, const DecisionContext& context, std::string& why_not) const;
+  StrokeRequest hit_request(const HitAim& aim, double speed) const;
   StrokeOption option_of(const StrokeRequest& stroke, const TrialResult& trial, const DecisionContext& context) const;
 
   StrategySettings settings_;

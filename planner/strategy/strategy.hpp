@@ -14,12 +14,18 @@
 
 namespace breakshot::strategy {
 
+/// Why the arm cannot run a stroke.
+struct StrokeRefusal {
+  RefusalReason reason = RefusalReason::kUnreachable;
+  std::string text;  ///< for people
+};
+
 /// Says whether the arm could run a stroke, before it is asked. Injected, so that strategies and their tests need no arm.
 class StrokeFilter {
  public:
   virtual ~StrokeFilter() = default;
-  /// Why the arm cannot run the stroke, for people; nothing when it can.
-  virtual std::optional<std::string> refusal(const StrokeRequest& stroke) const = 0;
+  /// Nothing when the arm can run it. Some 30 ms for a real arm, so strategies ask about the stroke that they put first and no other.
+  virtual std::optional<StrokeRefusal> refusal(const StrokeRequest& stroke) = 0;
 };
 
 /// What a decision depends on besides the scene.
@@ -28,10 +34,10 @@ struct DecisionContext {
   Rect region;             ///< every disc's centre is to rest in it, W, m
   std::uint32_t hits_left = 0;
   std::uint32_t pushes_left = 0;
-  double speed_scale = 1.0;              ///< of hit speeds, (0, 1]
-  double hit_speed_cap = 1e9;            ///< what the controller last said to be attainable, m/s
-  std::uint64_t seed = 0;                ///< of whatever is random in the decision: the same seed, scene and context give the same decision
-  const StrokeFilter* filter = nullptr;  ///< optional
+  double speed_scale = 1.0;        ///< of hit speeds, (0, 1]
+  double hit_speed_cap = 1e9;      ///< what the controller last said to be attainable, m/s
+  std::uint64_t seed = 0;          ///< of whatever is random in the decision: the same seed, scene and context give the same decision
+  StrokeFilter* filter = nullptr;  ///< optional
 };
 
 /// A stroke that a strategy offers, and what it expects of it. The request's id is 0: whoever sends it numbers it.
@@ -53,7 +59,7 @@ struct Decision {
     kNoStroke = 2,    ///< there are gaps below G, but no stroke that the rules allow; `why` says what stood in the way
   };
   Kind kind = Kind::kNoStroke;
-  std::vector<StrokeOption> options;  ///< in the order to try them in
+  std::vector<StrokeOption> options;  ///< in the order to try them in; the first one passed the filter
   std::string why;
 };
 

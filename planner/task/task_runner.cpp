@@ -283,6 +283,7 @@ void TaskRunner::try_next_option(Time now) {
   plan.predicted_p_WD = option.predicted_p_WD;
   for (std::size_t k = option_ - 1; k < options_.size() && plan.candidates.size() < kCandidates; ++k) {
     plan.candidates.push_back({options_[k].stroke, options_[k].cost_s, options_[k].p_singulated, options_[k].p_lost});
+    plan.candidates.back().stroke.id = plan.stroke.id;  // that it would have had
   }
   plan.think = think_;
   actions_.emplace_back(std::move(plan));

@@ -19,8 +19,8 @@ struct TableTruth {
   double speed_error = 0.02;       ///< of hits, uniform, relative
   double aim_error = 0.0087;       ///< of directions, uniform, rad: 0.5 degrees
   const char* law = "sequential";  ///< with real gaps between the discs, collisions are one after the other
-  double hit_braking = 6.0;
-  double hit_lift = 0.08;
+  double hit_braking = 0.5;
+  double hit_lift = 0.12;
 };
 
 /// A table that obeys the virtual world under true parameters that the planner does not know: pushes run with full dynamics there, while the

@@ -59,7 +59,7 @@ TEST_P(EveryStrategy, OffersOnlyStrokesThatHaveRoom) {
       for (const auto& p : option.predicted_p_WD) EXPECT_TRUE(ctx.region.contains(p));
       EXPECT_FALSE(option.why.empty());
       const bool hit = stroke.kind == StrokeKind::kHit;
-      const Vector2 begin = hit ? Vector2{stroke.p_WS - (stroke.run_in + settings.rules.hit_descent) * stroke.direction_W} : stroke.p_WS;
+      const Vector2 begin = hit ? Vector2{stroke.p_WS - std::max(stroke.run_in, settings.cell.hit_fall * stroke.speed) * stroke.direction_W} : stroke.p_WS;
       const Vector2 end = hit ? stroke.p_WS : Vector2{stroke.p_WS + stroke.length * stroke.direction_W};
       EXPECT_TRUE(settings.cell.striker_area.contains(begin) && settings.cell.striker_area.contains(end));
       for (const auto& disc : discs) {
@@ -116,13 +116,15 @@ TEST_P(EveryStrategy, SaysThatAnOverlapCannotBe) {
 class Refusing final : public StrokeFilter {
  public:
   explicit Refusing(int refusals) : left_{refusals} {}
-  std::optional<std::string> refusal(const StrokeRequest&) const override {
-    if (left_-- > 0) return "out of reach";
+  std::optional<StrokeRefusal> refusal(const StrokeRequest&) override {
+    ++asked;
+    if (left_-- > 0) return StrokeRefusal{RefusalReason::kUnreachable, "out of reach"};
     return std::nullopt;
   }
+  int asked = 0;
 
  private:
-  mutable int left_;
+  int left_;
 };
 
 TEST_P(EveryStrategy, TakesTheNextBestWhenTheArmCannotAndSaysWhy) {
@@ -130,13 +132,14 @@ TEST_P(EveryStrategy, TakesTheNextBestWhenTheArmCannotAndSaysWhy) {
   auto ctx = context();
   const Scene scene = scene_of(test::formation("A"));
   const Decision free = strategy->decide(scene, ctx);
-  const Refusing one{1};
+  Refusing one{1};
   ctx.filter = &one;
   const Decision second = strategy->decide(scene, ctx);
   ASSERT_FALSE(second.options.empty());
   EXPECT_EQ(second.options[0].stroke.p_WS, free.options[1].stroke.p_WS);
+  EXPECT_EQ(one.asked, 2) << "asking takes the arm's planner a while";
   EXPECT_NE(second.options[0].why.find("out of reach"), std::string::npos) << second.options[0].why;
-  const Refusing all{1000};
+  Refusing all{1000};
   ctx.filter = &all;
   EXPECT_EQ(strategy->decide(scene, ctx).kind, Decision::Kind::kNoStroke);
 }
@@ -179,6 +182,31 @@ TEST(Paper, RaisesTheSpeedOnlyAsFarAsTheArmAttains) {
   EXPECT_LE(decision.options[0].stroke.speed, 0.45);
   ctx.hit_speed_cap = 0.1;
   EXPECT_EQ(paper->decide(scene_of(test::formation("E")), ctx).options[0].stroke.kind, StrokeKind::kPush);
+}
+
+/// An arm that attains only so much.
+class Slow final : public StrokeFilter {
+ public:
+  std::optional<StrokeRefusal> refusal(const StrokeRequest& stroke) override {
+    ++asked;
+    if (stroke.speed > 0.37) return StrokeRefusal{RefusalReason::kTooFast, "too fast"};
+    return std::nullopt;
+  }
+  int asked = 0;
+};
+
+TEST(Paper, FindsTheFastestHitThatTheArmDoesByHalving) {
+  const auto paper = make_strategy("paper", {});
+  auto ctx = context();
+  const StrokeOption free = paper->decide(scene_of(test::formation("E")), ctx).options[0];
+  ASSERT_GT(free.stroke.speed, 0.45);
+  Slow slow;
+  ctx.filter = &slow;
+  const StrokeOption slower = paper->decide(scene_of(test::formation("E")), ctx).options[0];
+  EXPECT_EQ(slower.stroke.kind, StrokeKind::kHit);
+  EXPECT_EQ(slower.stroke.p_WS, free.stroke.p_WS);
+  EXPECT_LE(slower.stroke.speed, 0.37);
+  EXPECT_LE(slow.asked, 7);
 }
 
 TEST(Paper, TakesTheOtherSideWhenDiscsWouldLeave) {
