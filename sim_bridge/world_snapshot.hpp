@@ -15,7 +15,7 @@ using DiscState = SimDisc;
 struct WorldSnapshot {
   Time stamp{};
   std::vector<DiscState> discs;
-  std::vector<Pose> X_WL;     ///< pose of each moving link, as in ArmDescription::links
+  std::vector<Pose> X_WL;  ///< pose of each moving link, as in ArmDescription::links
 };
 
 }  // namespace breakshot::sim_bridge

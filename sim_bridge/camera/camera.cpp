@@ -9,7 +9,6 @@
 #include "sim_bridge/camera/tile_grid.hpp"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <string>
 #include <utility>
@@ -49,12 +48,8 @@ class Camera::Implementation {
         settings_{settings},
         light_{settings.light},
         sensor_{settings.noise, settings.seed, settings.depth_min, settings.depth_max},
-        disc_{make_unit_disc()},
         current_{context_},
         rasteriser_{projector_, light_, settings.table},
-        mesh_tiles_{model.width, model.height},
-        arm_shadow_tiles_{model.width, model.height},
-        shadow_tiles_{model.width, model.height},
         drawn_{model.width, model.height},
         background_{model.width, model.height},
         image_{model.width, model.height} {
@@ -95,30 +90,20 @@ class Camera::Implementation {
 
   void add_link(const std::vector<LinkVisual>& visuals, const Pose& X_WL) {
     for (const LinkVisual& visual : visuals) {
-      arm_mesh().add(visual.solid, X_WL * visual.shape.X_LS, Vector3::Ones(), visual.shape.rgb, projector_, mesh_tiles_);
+      scene_.arm.add(visual.solid, X_WL * visual.shape.X_LS, visual.shape.rgb, projector_, scene_.mesh_tiles);
       if (!light_.shadows) continue;
-      shadows_.add_capsule({X_WL * visual.shadow.start, X_WL * visual.shadow.end, visual.shadow.radius}, light_, projector_,
-                           arm_shadow_tiles_);
+      scene_.shadows.add_capsule({X_WL * visual.shadow.start, X_WL * visual.shadow.end, visual.shadow.radius}, light_, projector_);
     }
   }
 
-  SceneMesh& arm_mesh() { return meshes_[0]; }
-  SceneMesh& disc_mesh() { return meshes_[1]; }
-  SceneMesh& table_mesh() { return meshes_[2]; }
-
-  void begin() {
-    for (SceneMesh& mesh : meshes_) mesh.clear();
-    shadows_.clear();
-    mesh_tiles_.clear();
-    arm_shadow_tiles_.clear();
-    shadow_tiles_.clear();
-  }
-
-  /// Draws what was added over the background into `target`.
-  void finish(const IdealImage& background, IdealImage& target) {
-    shadows_.add_arm_patches(arm_shadow_tiles_, projector_);
-    shadow_tiles_.mark(arm_shadow_tiles_);
-    rasteriser_.draw(meshes_, mesh_tiles_, shadows_, shadow_tiles_, background, target);
+  void add_disc(const DiscState& disc) {
+    DiscMesh::Visibility visibility;
+    if (light_.shadows) {
+      scene_.shadows.add_disc(disc, light_, projector_);
+      scene_.shadows.select_around({disc.p_WD.x(), disc.p_WD.y(), 0.0}, disc.radius + disc.height, light_);
+      if (scene_.shadows.any_selected()) visibility = [this](const Vector3& p_W) { return scene_.shadows.visibility(p_W, light_); };
+    }
+    scene_.discs.add(disc, settings_.palette[disc.colour], projector_, visibility, scene_.mesh_tiles);
   }
 
   void draw_background(const std::vector<LinkVisual>& base, const Pose& X_WB) {
@@ -131,46 +116,42 @@ class Camera::Implementation {
     Pose X_WFloor = Pose::Identity();
     X_WFloor.translation().z() = -table.height_over_floor;
 
-    begin();
-    table_mesh().add(make_floor({6.0, 6.0}), X_WFloor, Vector3::Ones(), table.floor_rgb, projector_, mesh_tiles_);
-    table_mesh().add(make_solid(slab), X_WSlab, Vector3::Ones(), table.rgb, projector_, mesh_tiles_);
-    mesh_tiles_.mark_all();
-    finish(IdealImage{model().width, model().height}, image_);
+    scene_.clear();
+    scene_.table.add(make_floor({6.0, 6.0}), X_WFloor, table.floor_rgb, projector_, scene_.mesh_tiles);
+    scene_.table.add(make_solid(slab), X_WSlab, table.rgb, projector_, scene_.mesh_tiles);
+    scene_.mesh_tiles.mark_all();
+    rasteriser_.draw(scene_, IdealImage{model().width, model().height}, image_);
 
-    begin();
+    scene_.clear();
     add_link(base, X_WB);
     background_ = image_;
-    finish(image_, background_);
+    rasteriser_.draw(scene_, image_, background_);
     image_ = background_;
   }
 
   /// The driver compiles its code for a state of GL when that is first drawn with, which takes longer than a frame may.
   void warm_up() {
-    begin();
-    disc_mesh().add(disc_, Pose::Identity(), {0.03, 0.03, 0.02}, {0.5F, 0.5F, 0.5F}, projector_, mesh_tiles_);
-    shadows_.add_disc(DiscState{}, light_, projector_, shadow_tiles_);
+    scene_.clear();
+    add_disc(DiscState{});
     IdealImage scratch{model().width, model().height};
-    finish(background_, scratch);
+    rasteriser_.draw(scene_, background_, scratch);
   }
 
   void draw(const WorldSnapshot& snapshot) {
-    begin();
-    for (const DiscState& disc : snapshot.discs) {
-      if (!disc.on_table) continue;
-      Pose X_WD = Pose::Identity();
-      X_WD.translation().head<2>() = disc.p_WD;
-      X_WD.linear() = Eigen::AngleAxisd{disc.yaw, Vector3::UnitZ()}.toRotationMatrix();
-      disc_mesh().add(disc_, X_WD, {disc.radius, disc.radius, disc.height}, settings_.palette[disc.colour], projector_, mesh_tiles_);
-      if (light_.shadows) shadows_.add_disc(disc, light_, projector_, shadow_tiles_);
-    }
+    scene_.clear();
+    // The arm first: its capsules shade the discs.
     for (std::size_t i = 0; i < links_.size(); ++i) add_link(links_[i], snapshot.X_WL[i]);
+    for (const DiscState& disc : snapshot.discs) {
+      if (disc.on_table) add_disc(disc);
+    }
 
     const HeadlessContext::Current current{context_};
     // What the last frame drew and this one does not: background again.
     drawn_.for_each_run([&](const PixelRect& run) { restore(run); });
-    finish(background_, image_);
-    drawn_ = mesh_tiles_;
-    drawn_.mark(shadow_tiles_);
+    rasteriser_.draw(scene_, background_, image_);
+    drawn_ = scene_.mesh_tiles;
+    drawn_.mark(scene_.shadows.arm_tiles());
+    drawn_.mark(scene_.shadows.disc_tiles());
   }
 
   void restore(const PixelRect& run) {
@@ -185,16 +166,13 @@ class Camera::Implementation {
   CameraSettings settings_;
   Light light_;
   Sensor sensor_;
-  Solid disc_;
   std::vector<std::vector<LinkVisual>> links_;
 
   HeadlessContext context_;
   std::optional<HeadlessContext::Current> current_;  ///< only while the object is constructed
   Rasteriser rasteriser_;
 
-  std::array<SceneMesh, kSurfaces> meshes_{SceneMesh{Surface::kArm}, SceneMesh{Surface::kDisc}, SceneMesh{Surface::kTable}};
-  ShadowMesh shadows_;
-  TileGrid mesh_tiles_, arm_shadow_tiles_, shadow_tiles_;
+  Scene scene_{projector_};
   TileGrid drawn_;         ///< tiles of image_ that are not background
   IdealImage background_;  ///< table, floor and the arm's base
   IdealImage image_;       ///< the last frame

@@ -42,11 +42,6 @@ Program::Program(const char* name, std::initializer_list<const char*> vertex_par
   }
 }
 
-void Program::set(const char* name, const Matrix3& value) const {
-  const Eigen::Matrix3f converted = value.cast<float>();
-  glUniformMatrix3fv(uniform(name), 1, GL_FALSE, converted.data());
-}
-
 VertexStream::VertexStream(std::initializer_list<int> floats_per_attribute) {
   glGenVertexArrays(1, &array_);
   glGenBuffers(1, &vertices_);
@@ -66,37 +61,62 @@ VertexStream::VertexStream(std::initializer_list<int> floats_per_attribute) {
   }
 }
 
-void VertexStream::upload(const void* vertices, std::size_t bytes) const {
+void VertexStream::upload_vertices(const void* vertices, std::size_t bytes) const {
   glBindVertexArray(array_);
   glBindBuffer(GL_ARRAY_BUFFER, vertices_);
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(bytes), vertices, GL_STREAM_DRAW);
 }
 
-void VertexStream::upload_indices(const void* indices, std::size_t bytes) const {
+void VertexStream::draw(std::size_t vertices) const {
+  if (vertices == 0) return;
   glBindVertexArray(array_);
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(bytes), indices, GL_STREAM_DRAW);
+  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices));
 }
 
-Target::Target(int width, int height, std::initializer_list<GLenum> colour_formats, bool with_depth_buffer) {
-  glGenFramebuffers(1, &framebuffer);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  const auto attach = [&](GLenum format, GLenum attachment) {
-    GLuint renderbuffer = 0;
-    glGenRenderbuffers(1, &renderbuffer);
-    glBindRenderbuffer(GL_RENDERBUFFER, renderbuffer);
-    glRenderbufferStorage(GL_RENDERBUFFER, format, width, height);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, renderbuffer);
-  };
+void VertexStream::draw_indexed(std::size_t indices) const {
+  if (indices == 0) return;
+  glBindVertexArray(array_);
+  glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(indices), GL_UNSIGNED_INT, nullptr);
+}
+
+Target::Target(int width, int height, std::initializer_list<GLenum> colour_formats, bool with_depth_buffer)
+    : width_{width}, height_{height} {
+  glGenFramebuffers(1, &framebuffer_);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   std::vector<GLenum> attachments;
   for (const GLenum format : colour_formats) {
     attachments.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(attachments.size()));
-    attach(format, attachments.back());
+    GLuint texture = 0;
+    glGenTextures(1, &texture);
+    glBindTexture(GL_TEXTURE_2D, texture);
+    glTexStorage2D(GL_TEXTURE_2D, 1, format, width, height);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, attachments.back(), GL_TEXTURE_2D, texture, 0);
+    if (texture_ == 0) texture_ = texture;
   }
-  if (with_depth_buffer) attach(GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
+  if (with_depth_buffer) {
+    GLuint renderbuffer = 0;
+    glGenRenderbuffers(1, &renderbuffer);
+    glBindRenderbuffer(GL_RENDERBUFFER, renderbuffer);
+    glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, width, height);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, renderbuffer);
+  }
   glDrawBuffers(static_cast<GLsizei>(attachments.size()), attachments.data());
   if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
     throw CameraError{"camera: the GL driver cannot render an image of " + std::to_string(width) + " x " + std::to_string(height) + " px"};
   }
+}
+
+void Target::bind() const {
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  glViewport(0, 0, width_, height_);
+}
+
+void Target::bind_as_texture() const {
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, texture_);
 }
 
 void check_gl(const char* where) {

@@ -4,9 +4,10 @@
 
 #include <GLES3/gl3.h>
 
-#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <initializer_list>
-#include <string>
+#include <vector>
 
 namespace breakshot::sim_bridge {
 
@@ -29,32 +30,49 @@ class Program {
   void set(const char* name, const Vector3& value) const {
     glUniform3f(uniform(name), static_cast<float>(value.x()), static_cast<float>(value.y()), static_cast<float>(value.z()));
   }
-  void set(const char* name, const Matrix3& value) const;
 
  private:
   GLuint id_;
 };
 
-/// One attribute of a vertex: how many floats.
-/// A buffer of interleaved float vertices (and, optionally, indices) that is refilled every frame.
+/// A buffer of interleaved float vertices, and indices if wanted, that is refilled every frame.
 class VertexStream {
  public:
   explicit VertexStream(std::initializer_list<int> floats_per_attribute);
 
-  /// @param bytes size of the vertices
-  void upload(const void* vertices, std::size_t bytes) const;
-  void upload_indices(const void* indices, std::size_t bytes) const;
-  void bind() const { glBindVertexArray(array_); }
+  template <typename Vertex>
+  void upload(const std::vector<Vertex>& vertices) const {
+    upload_vertices(vertices.data(), vertices.size() * sizeof(Vertex));
+  }
+  template <typename Vertex>
+  void upload(const std::vector<Vertex>& vertices, const std::vector<std::uint32_t>& indices) const {
+    upload(vertices);
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof(std::uint32_t)), indices.data(), GL_STREAM_DRAW);
+  }
+
+  /// Draw triangles with the program in use; nothing when the count is 0.
+  void draw(std::size_t vertices) const;
+  void draw_indexed(std::size_t indices) const;
 
  private:
+  void upload_vertices(const void* vertices, std::size_t bytes) const;
+
   GLuint array_ = 0, vertices_ = 0, indices_ = 0;
 };
 
-/// A texture to render into. @throws CameraError when the driver cannot render to it
-struct Target {
+/// Images to render into, one or two of colour and perhaps one of depth. @throws CameraError when the driver cannot
+class Target {
+ public:
   Target(int width, int height, std::initializer_list<GLenum> colour_formats, bool with_depth_buffer);
-  void bind() const { glBindFramebuffer(GL_FRAMEBUFFER, framebuffer); }
-  GLuint framebuffer = 0;
+
+  /// Draws and reads go here from now on.
+  void bind() const;
+  /// Lets shaders read the first colour, blended linearly between its pixels, as texture unit 0.
+  void bind_as_texture() const;
+
+ private:
+  int width_, height_;
+  GLuint framebuffer_ = 0, texture_ = 0;
 };
 
 /// @throws CameraError when GL has recorded an error since the last check

@@ -1,5 +1,7 @@
 #include "sim_bridge/camera/mesh.hpp"
 
+#include "sim_bridge/camera/table_patch.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,16 +10,15 @@ namespace breakshot::sim_bridge {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
-constexpr int kDiscSegments = 72;
-constexpr int kArmSegments = 32;
+constexpr int kSegments = 28;
 /// Long solids are cut into pieces of this length, so that a diagonal link marks the tiles that it crosses and not its bounding box, m.
-constexpr double kPiece = 0.06;
+constexpr double kPiece = 0.10;
 
 int pieces(double length) { return std::max(1, static_cast<int>(std::ceil(length / kPiece))); }
 
 /// The corner radius at which a regular polygon has the area of the unit circle.
-double equal_area_radius(int segments) {
-  const double angle = kTwoPi / segments;
+double equal_area_radius() {
+  const double angle = kTwoPi / kSegments;
   return std::sqrt(angle / std::sin(angle));
 }
 
@@ -33,47 +34,44 @@ void stitch(Solid& solid, std::uint32_t first, int rows, int columns) {
 }
 
 /// A round cap in the plane z, facing up (side = 1) or down (side = -1).
-void add_cap(Solid& solid, double radius, double z, int segments, double side) {
+void add_cap(Solid& solid, double radius, double z, double side) {
   const auto first = static_cast<std::uint32_t>(solid.vertices.size());
   const Vector3 normal{0.0, 0.0, side};
-  solid.vertices.push_back({{0.0, 0.0, z}, normal, {0.0, 0.0}});
-  for (int i = 0; i < segments; ++i) {
-    const double angle = side * kTwoPi * i / segments;
-    const Vector2 rim{std::cos(angle), std::sin(angle)};
-    solid.vertices.push_back({{radius * rim.x(), radius * rim.y(), z}, normal, rim});
+  solid.vertices.push_back({{0.0, 0.0, z}, normal});
+  for (int i = 0; i < kSegments; ++i) {
+    const double angle = side * kTwoPi * i / kSegments;
+    solid.vertices.push_back({{radius * std::cos(angle), radius * std::sin(angle), z}, normal});
   }
-  for (int i = 0; i < segments; ++i) {
-    const auto next = static_cast<std::uint32_t>((i + 1) % segments);
-    solid.indices.insert(solid.indices.end(), {first, first + 1 + static_cast<std::uint32_t>(i), first + 1 + next});
-  }
+  for (std::uint32_t i = 0; i < kSegments; ++i)
+    solid.indices.insert(solid.indices.end(), {first, first + 1 + i, first + 1 + (i + 1) % kSegments});
 }
 
 /// The side of a cylinder around z from z_low to z_high.
-void add_wall(Solid& solid, double radius, double z_low, double z_high, int segments, int rows) {
+void add_wall(Solid& solid, double radius, double z_low, double z_high, int rows) {
   const auto first = static_cast<std::uint32_t>(solid.vertices.size());
   for (int row = 0; row <= rows; ++row) {
     const double z = z_low + (z_high - z_low) * row / rows;
-    for (int i = 0; i <= segments; ++i) {
-      const double angle = kTwoPi * i / segments;
+    for (int i = 0; i <= kSegments; ++i) {
+      const double angle = kTwoPi * i / kSegments;
       const Vector3 outward{std::cos(angle), std::sin(angle), 0.0};
-      solid.vertices.push_back({radius * outward + z * Vector3::UnitZ(), outward, {0.0, 0.0}});
+      solid.vertices.push_back({radius * outward + z * Vector3::UnitZ(), outward});
     }
   }
-  stitch(solid, first, rows, segments);
+  stitch(solid, first, rows, kSegments);
 }
 
 void add_sphere(Solid& solid, double radius) {
-  constexpr int kRows = kArmSegments / 2;
+  constexpr int kRows = kSegments / 2;
   const auto first = static_cast<std::uint32_t>(solid.vertices.size());
   for (int row = 0; row <= kRows; ++row) {
     const double latitude = std::numbers::pi * (static_cast<double>(row) / kRows - 0.5);
-    for (int i = 0; i <= kArmSegments; ++i) {
-      const double angle = kTwoPi * i / kArmSegments;
+    for (int i = 0; i <= kSegments; ++i) {
+      const double angle = kTwoPi * i / kSegments;
       const Vector3 outward{std::cos(latitude) * std::cos(angle), std::cos(latitude) * std::sin(angle), std::sin(latitude)};
-      solid.vertices.push_back({radius * outward, outward, {0.0, 0.0}});
+      solid.vertices.push_back({radius * outward, outward});
     }
   }
-  stitch(solid, first, kRows, kArmSegments);
+  stitch(solid, first, kRows, kSegments);
 }
 
 /// One face of a box: `normal` is half an edge long and points to the face's centre; u x v points along it.
@@ -83,7 +81,7 @@ void add_face(Solid& solid, const Vector3& centre, const Vector3& u, const Vecto
   const Vector3 normal = u.cross(v).normalized();
   for (int row = 0; row <= rows; ++row) {
     for (int column = 0; column <= columns; ++column) {
-      solid.vertices.push_back({centre + (2.0 * column / columns - 1.0) * u + (2.0 * row / rows - 1.0) * v, normal, {0.0, 0.0}});
+      solid.vertices.push_back({centre + (2.0 * column / columns - 1.0) * u + (2.0 * row / rows - 1.0) * v, normal});
     }
   }
   stitch(solid, first, rows, columns);
@@ -100,29 +98,17 @@ void add_box(Solid& solid, const Vector3& size) {
   }
 }
 
-std::array<float, 3> to_float(const Vector3& v) {
-  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
-
 }  // namespace
-
-Solid make_unit_disc() {
-  Solid solid;
-  const double radius = equal_area_radius(kDiscSegments);
-  add_cap(solid, radius, 1.0, kDiscSegments, 1.0);
-  add_wall(solid, radius, 0.0, 1.0, kDiscSegments, 1);
-  return solid;
-}
 
 Solid make_solid(const Shape& shape) {
   Solid solid;
   switch (shape.kind) {
     case Shape::Kind::kBox: add_box(solid, shape.size); break;
     case Shape::Kind::kCylinder: {
-      const double radius = shape.size.x() * equal_area_radius(kArmSegments), half = 0.5 * shape.size.y();
-      add_cap(solid, radius, half, kArmSegments, 1.0);
-      add_cap(solid, radius, -half, kArmSegments, -1.0);
-      add_wall(solid, radius, -half, half, kArmSegments, pieces(shape.size.y()));
+      const double radius = shape.size.x() * equal_area_radius(), half = 0.5 * shape.size.y();
+      add_cap(solid, radius, half, 1.0);
+      add_cap(solid, radius, -half, -1.0);
+      add_wall(solid, radius, -half, half, pieces(shape.size.y()));
       break;
     }
     case Shape::Kind::kSphere: add_sphere(solid, shape.size.x()); break;
@@ -135,21 +121,18 @@ void SceneMesh::clear() {
   indices_.clear();
 }
 
-void SceneMesh::add(const Solid& solid, const Pose& X_WS, const Vector3& scale, const Rgb& rgb, const Projector& projector,
-                    TileGrid& tiles) {
+void SceneMesh::add(const Solid& solid, const Pose& X_WS, const Rgb& rgb, const Projector& projector, TileGrid& tiles) {
   const std::size_t first_vertex = vertices_.size(), first_index = indices_.size();
   const std::array<float, 3> albedo = linear(rgb);
   projected_.clear();
   for (const Solid::Vertex& vertex : solid.vertices) {
-    const Vector3 p_W = X_WS * scale.cwiseProduct(vertex.p);
+    const Vector3 p_W = X_WS * vertex.p;
     const ProjectedPoint projected = projector.project(p_W);
     projected_.push_back(projected);
-    const Vector3 rim_W = X_WS.linear() * Vector3{vertex.rim.x(), vertex.rim.y(), 0.0};
     vertices_.push_back({{projected.clip.x(), projected.clip.y(), projected.clip.z(), projected.clip.w()},
                          to_float(p_W),
-                         to_float(X_WS.linear() * vertex.normal),
-                         albedo,
-                         {static_cast<float>(rim_W.x()), static_cast<float>(rim_W.y())}});
+                         to_float(Vector3{X_WS.linear() * vertex.normal}),
+                         albedo});
   }
   for (const std::uint32_t index : solid.indices) indices_.push_back(static_cast<std::uint32_t>(first_vertex) + index);
   mark_tiles(first_index, first_vertex, tiles);

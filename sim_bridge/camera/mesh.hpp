@@ -12,46 +12,34 @@
 
 namespace breakshot::sim_bridge {
 
-/// What a mesh shows; each kind has its shaders.
-enum class Surface : std::uint8_t { kArm, kDisc, kTable };
-inline constexpr std::size_t kSurfaces = 3;
-
 /// Triangles of one solid in its own frame, with outward normals. Counter-clockwise seen from outside.
 struct Solid {
   struct Vertex {
     Vector3 p{0.0, 0.0, 0.0};
     Vector3 normal{0.0, 0.0, 1.0};
-    Vector2 rim{0.0, 0.0};  ///< on the top of a disc: place relative to its centre, in radii
   };
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> indices;
 };
 
-/// A disc of radius 1 and height 1 standing on z = 0, without its bottom. The polygon has the circle's area, so that its outline is
-/// unbiased: with kDiscSegments corners it leaves the circle by at most 0.1 % of the radius (0.03 px in the cell).
-Solid make_unit_disc();
 /// A primitive of the arm, finely enough divided for smooth outlines and tight bounds in the image.
 Solid make_solid(const Shape& shape);
 
-/// What the vertex shader takes; see shaders.hpp.
+/// What the vertex shaders of arm and table take; see shaders.hpp.
 struct SceneVertex {
   std::array<float, 4> clip;
   std::array<float, 3> p_W;
   std::array<float, 3> normal_W;
   std::array<float, 3> albedo;  ///< linear light
-  std::array<float, 2> rim;
 };
 
 /// The triangles of one kind in one frame, projected. Cleared and refilled without giving memory back, so a steady scene allocates nothing.
 class SceneMesh {
  public:
-  explicit SceneMesh(Surface surface) : surface_{surface} {}
   void clear();
 
-  /// Adds a solid at X_WS, its points scaled by `scale` along its own axes (normals as they are), and marks the tiles that it covers.
-  void add(const Solid& solid, const Pose& X_WS, const Vector3& scale, const Rgb& rgb, const Projector& projector, TileGrid& tiles);
-
-  Surface surface() const { return surface_; }
+  /// Adds a solid at X_WS and marks the tiles that it covers.
+  void add(const Solid& solid, const Pose& X_WS, const Rgb& rgb, const Projector& projector, TileGrid& tiles);
 
   const std::vector<SceneVertex>& vertices() const { return vertices_; }
   const std::vector<std::uint32_t>& indices() const { return indices_; }
@@ -59,7 +47,6 @@ class SceneMesh {
  private:
   void mark_tiles(std::size_t first_index, std::size_t first_vertex, TileGrid& tiles) const;
 
-  Surface surface_;
   std::vector<SceneVertex> vertices_;
   std::vector<std::uint32_t> indices_;
   std::vector<ProjectedPoint> projected_;  ///< of the solid being added

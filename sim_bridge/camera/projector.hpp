@@ -26,6 +26,7 @@ class Projector {
   ProjectedPoint project(const Vector3& p_W) const;
   /// Where the ray through a pixel meets z = 0 of W.
   Vector2 table_point(const Vector2& pixel) const { return model_.point_on_plane(pixel, 0.0); }
+  bool distorted() const { return distorted_; }
   const CameraModel& model() const { return model_; }
 
  private:

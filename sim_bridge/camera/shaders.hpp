@@ -10,29 +10,10 @@ namespace breakshot::sim_bridge::shaders {
 
 /// Light, common to objects and to shadows on the table.
 inline constexpr const char* kLight = R"(
-  uniform vec3 light_W;            // unit vector towards the light
-  uniform float tan_softness;      // tangent of the light's angular radius
-  uniform float ambient;           // share of light from everywhere
-  uniform mat3 light_axes;         // columns: two unit vectors across the light's direction, and the direction
-  uniform int capsule_count;       // solids of the arm, as capsules in the axes of the light
-  uniform vec4 capsule_start[32];  // xyz of one end, radius
-  uniform vec4 capsule_along[32];  // xyz to the other end, 1 / squared length across the light
-
-  // Share of the area light that the arm leaves at p_W, 0 to 1.
-  float arm_visibility(vec3 p_W) {
-    vec3 p = p_W * light_axes;
-    float visible = 1.0;
-    for (int i = 0; i < capsule_count; ++i) {
-      vec3 a = capsule_start[i].xyz - p;
-      vec3 d = capsule_along[i].xyz;
-      float s = clamp(-dot(a.xy, d.xy) * capsule_along[i].w, 0.0, 1.0);
-      float height = a.z + s * d.z;
-      float penumbra = 0.0008 + tan_softness * max(height, 0.0);
-      float gap = length(a.xy + s * d.xy) - capsule_start[i].w;
-      if (height > 0.0) visible = min(visible, smoothstep(-penumbra, penumbra, gap));
-    }
-    return visible;
-  }
+  uniform vec3 light_W;        // unit vector towards the light
+  uniform float tan_softness;  // tangent of the light's angular radius
+  uniform float ambient;       // share of light from everywhere
+  uniform vec3 p_WC;           // camera
 
   // The key light is a little weaker away from the middle of the table.
   float key_falloff(vec2 p_W) { return 1.0 / (1.0 + 0.45 * dot(p_W, p_W)); }
@@ -40,8 +21,6 @@ inline constexpr const char* kLight = R"(
 
 /// How a surface answers to the light; needs kLight.
 inline constexpr const char* kShading = R"(
-  uniform vec3 p_WC;  // camera
-
   // The light that leaves p towards the camera, encoded. `open`: share of the surroundings that the point sees; `shine`: of the highlight.
   vec3 shade(vec3 albedo, vec3 p, vec3 n, float visible, float open, float shine) {
     float key = (1.0 - ambient) * visible * key_falloff(p.xy) / light_W.z;
@@ -51,51 +30,83 @@ inline constexpr const char* kShading = R"(
   }
 )";
 
-/// Discs, table and floor: lit per pixel.
-inline constexpr const char* kSurfaceVertex = R"(
-  uniform vec2 jitter;  // where in the pixel this layer samples, as a shift in clip space
+inline constexpr const char* kOutputs = R"(
+  layout(location = 0) out vec4 colour;  // alpha 0: covers the background
+  layout(location = 1) out uint depth;   // along the optical axis, 0.1 mm
+  uint to_depth(float z) { return uint(min(10000.0 * z + 0.5, 65535.0)); }
+)";
+
+/// Discs: rays against upright cylinders. `jitter` says where in the pixel this layer samples, as a shift in clip space.
+inline constexpr const char* kDiscVertex = R"(
+  uniform vec2 jitter;
+  layout(location = 0) in vec4 clip;
+  layout(location = 1) in vec2 p_W;
+  layout(location = 2) in vec4 disc;
+  layout(location = 3) in vec3 paint;
+  layout(location = 4) in float visible;
+  out vec2 v_along;
+  out float v_key;
+  flat out vec4 v_disc;
+  flat out vec3 v_paint;
+  void main() {
+    v_along = p_W - p_WC.xy;
+    v_key = (1.0 - ambient) * visible * key_falloff(p_W) / light_W.z;
+    v_disc = vec4((p_WC.xy - disc.xy) / disc.z, 1.0 / disc.z, disc.w / p_WC.z);
+    v_paint = paint;
+    gl_Position = vec4(clip.xy + jitter * clip.w, clip.zw);
+  }
+)";
+inline constexpr const char* kDiscFragment = R"(
+  uniform float near_plane;
+  in vec2 v_along;       // from below the camera to where the ray meets the table
+  in float v_key;        // light from the softbox on a level surface, divided by light_W.z
+  flat in vec4 v_disc;   // place of the camera seen from the disc, in radii; 1 / radius; share of the ray below the plane of the top
+  flat in vec3 v_paint;  // encoded
+  void main() {
+    // In radii, seen from above: the ray passes q at the height of the top and q + d at the table.
+    vec2 reach = v_along * v_disc.z;
+    vec2 q = v_disc.xy + (1.0 - v_disc.w) * reach;
+    vec2 d = v_disc.w * reach;
+    float qq = dot(q, q);
+    bool top = qq <= 1.0;
+
+    // Outside the circle of the top it may meet the side farther down: |q + s d| = 1, s from 0 at the top to 1 at the table.
+    float dd = max(dot(d, d), 1e-12), qd = dot(q, d);
+    float root = qd * qd - dd * (qq - 1.0);
+    float s = (-qd - sqrt(max(root, 0.0))) / dd;
+    if (!top && !(root >= 0.0 && s >= 0.0 && s <= 1.0)) discard;
+
+    // The rim of the top is a bevel (a flat one: only its normals tilt), and a fine ring is turned into it.
+    float bevel = 0.9 * smoothstep(0.81, 0.98, qq);
+    vec2 wall = q + s * d;
+    float lit_top = (bevel * dot(q, light_W.xy) + light_W.z) * inversesqrt(1.0 + bevel * bevel * qq);
+    float lit = v_key * max(top ? lit_top : dot(wall, light_W.xy), 0.0);
+    float open = ambient * (top ? 1.0 - 0.25 * bevel : 0.60 - 0.27 * s);
+    float finish = top ? 1.0 - 0.025 * clamp(1.0 - 20.0 * abs(qq - 0.40), 0.0, 1.0) : 0.90;
+    colour = vec4(min(v_paint * (finish * sqrt(open + lit)), 1.0), 0.0);
+    float z = (1.0 - v_disc.w * (top ? 1.0 : 1.0 - s)) / gl_FragCoord.w;
+    depth = to_depth(z);
+    gl_FragDepth = 1.0 - near_plane / z;
+  }
+)";
+
+/// Table and floor.
+inline constexpr const char* kTableVertex = R"(
+  uniform vec2 jitter;
   layout(location = 0) in vec4 clip;
   layout(location = 1) in vec3 p_W;
   layout(location = 2) in vec3 normal_W;
   layout(location = 3) in vec3 albedo;
-  layout(location = 4) in vec2 rim;
   out vec3 v_p;
   out vec3 v_normal;
   out vec3 v_albedo;
-  out vec2 v_rim;
   void main() {
     v_p = p_W;
     v_normal = normal_W;
     v_albedo = albedo;
-    v_rim = rim;
     gl_Position = vec4(clip.xy + jitter * clip.w, clip.zw);
   }
 )";
-
-inline constexpr const char* kOutputs = R"(
-  layout(location = 0) out vec4 colour;  // alpha 0: covers the background
-  layout(location = 1) out uint depth;   // along the optical axis, 0.1 mm
-  uint depth_here() { return uint(min(10000.0 / gl_FragCoord.w + 0.5, 65535.0)); }
-)";
-
-inline constexpr const char* kDiscFragment = R"(
-  in vec3 v_p;
-  in vec3 v_normal;
-  in vec3 v_albedo;
-  in vec2 v_rim;
-  void main() {
-    float r = length(v_rim);  // 0 on the side
-    // The last tenth of the top's radius is a bevel (flat geometry, tilted normals), and a fine ring is turned into it.
-    vec3 n = normalize(v_normal + vec3(v_rim * (0.9 * smoothstep(0.90, 0.99, r)), 0.0));
-    float ring = smoothstep(0.60, 0.62, r) - smoothstep(0.64, 0.66, r);
-    float top = step(0.5, v_normal.z);
-    vec3 albedo = v_albedo * (mix(0.80, 1.0, top) - 0.05 * ring);
-    float open = (0.6 + 0.4 * n.z) * mix(mix(0.55, 1.0, clamp(v_p.z * 50.0, 0.0, 1.0)), 1.0, top);
-    colour = vec4(shade(albedo, v_p, n, arm_visibility(v_p), open, 0.06), 0.0);
-    depth = depth_here();
-  }
-)";
-
 inline constexpr const char* kTableFragment = R"(
   uniform float texture_strength;
   in vec3 v_p;
@@ -119,7 +130,7 @@ inline constexpr const char* kTableFragment = R"(
     float speckle = 0.06 * value_noise(p * 16.0) + 0.05 * value_noise(p * 71.0) + 0.07 * value_noise(p * 410.0);
     vec3 n = normalize(v_normal);
     colour = vec4(shade(v_albedo * (1.0 + texture_strength * speckle), v_p, n, 1.0, 0.6 + 0.4 * n.z, 0.0), 0.0);
-    depth = depth_here();
+    depth = to_depth(1.0 / gl_FragCoord.w);
   }
 )";
 
@@ -140,7 +151,7 @@ inline constexpr const char* kArmFragment = R"(
   in vec3 v_colour;
   void main() {
     colour = vec4(v_colour, 0.0);
-    depth = depth_here();
+    depth = to_depth(1.0 / gl_FragCoord.w);
   }
 )";
 
@@ -156,46 +167,100 @@ inline constexpr const char* kClearFragment = R"(
   }
 )";
 
-/// Shadows on the table: the factor by which the background darkens, as an encoded value.
-inline constexpr const char* kShadowVertex = R"(
+/// Shadows on the table: the factor by which the background darkens, as an encoded value. `ambient_share` is that of the light at the point.
+inline constexpr const char* kShadowCommon = R"(
+  float ambient_share(vec2 p_W) { return ambient / (ambient + (1.0 - ambient) * key_falloff(p_W)); }
+)";
+
+inline constexpr const char* kDiscShadowVertex = R"(
   layout(location = 0) in vec4 clip;
   layout(location = 1) in vec2 p_W;
-  layout(location = 2) in vec4 disc;  // centre, radius, height; not used for the arm
+  layout(location = 2) in vec4 disc;  // centre, radius, height
   out vec2 v_p;
-  flat out vec4 v_disc;
+  out vec2 v_from_disc;
+  out float v_ambient;
+  flat out vec2 v_disc;  // radius, height
   void main() {
     v_p = p_W;
-    v_disc = disc;
+    v_from_disc = p_W - disc.xy;
+    v_ambient = ambient_share(p_W);
+    v_disc = disc.zw;
     gl_Position = clip;
   }
 )";
-inline constexpr const char* kShadowFactor = R"(
+inline constexpr const char* kDiscShadowFragment = R"(
   uniform vec2 table_half;
   in vec2 v_p;
-  flat in vec4 v_disc;
+  in vec2 v_from_disc;
+  in float v_ambient;
+  flat in vec2 v_disc;
   out vec4 factor;
-  vec4 darkening(float visible, float open) {
-    float key = (1.0 - ambient) * key_falloff(v_p);
-    float lit = (ambient * open + key * visible) / (ambient + key);
-    bool on_table = all(lessThan(abs(v_p), table_half));
-    return vec4(on_table ? sqrt(lit) : 1.0);
-  }
-)";
-inline constexpr const char* kDiscShadowFragment = R"(
   void main() {
     // The ray to the light passes over p + slope * h at height h; the disc hides the light where that comes within its radius.
     vec2 slope = light_W.xy / light_W.z;
-    vec2 p = v_p - v_disc.xy;
-    float height = clamp(-dot(p, slope) / max(dot(slope, slope), 1e-9), 0.0, v_disc.w);
-    float penumbra = 0.0006 + tan_softness * height / light_W.z;
-    float visible = smoothstep(-penumbra, penumbra, length(p + slope * height) - v_disc.z);
-    // Beside a wall a point sees less of the sky, two heights away all of it again.
-    float near = 1.0 - clamp((length(p) - v_disc.z) / (2.0 * v_disc.w), 0.0, 1.0);
-    factor = darkening(visible, 1.0 - 0.42 * near * near * near * near);
+    float height = clamp(-dot(v_from_disc, slope) / max(dot(slope, slope), 1e-9), 0.0, v_disc.y);
+    float penumbra = 0.0006 + tan_softness / light_W.z * height;
+    float visible = smoothstep(-penumbra, penumbra, length(v_from_disc + slope * height) - v_disc.x);
+    // Beside a wall a point sees less of the sky, a little more than its height away all of it again.
+    float near = 1.0 - clamp((length(v_from_disc) - v_disc.x) / (1.25 * v_disc.y), 0.0, 1.0);
+    float lit = v_ambient * (1.0 - 0.42 * near * near * near) + (1.0 - v_ambient) * visible;
+    factor = vec4(all(lessThan(abs(v_p), table_half)) ? sqrt(lit) : 1.0);
+  }
+)";
+
+/// The shadow of one capsule of the arm; the darkest of all counts. CapsuleShadow::visibility() in shadow.cpp is the same formula.
+inline constexpr const char* kArmShadowVertex = R"(
+  layout(location = 0) in vec4 clip;
+  layout(location = 1) in vec2 p_W;
+  layout(location = 2) in vec3 p_light;  // p_W in the light's axes
+  layout(location = 3) in vec4 start;    // one end in the light's axes, radius
+  layout(location = 4) in vec4 along;    // vector to the other end, 1 / squared length across the light
+  out vec2 v_p;
+  out vec3 v_from_start;
+  out float v_ambient;
+  flat out float v_radius;
+  flat out vec4 v_along;
+  void main() {
+    v_p = p_W;
+    v_from_start = p_light - start.xyz;
+    v_ambient = ambient_share(p_W);
+    v_radius = start.w;
+    v_along = along;
+    gl_Position = clip;
   }
 )";
 inline constexpr const char* kArmShadowFragment = R"(
-  void main() { factor = darkening(arm_visibility(vec3(v_p, 0.0)), 1.0); }
+  uniform vec2 table_half;
+  in vec2 v_p;
+  in vec3 v_from_start;
+  in float v_ambient;
+  flat in float v_radius;
+  flat in vec4 v_along;
+  out vec4 factor;
+  void main() {
+    float s = clamp(dot(v_from_start.xy, v_along.xy) * v_along.w, 0.0, 1.0);
+    float height = max(s * v_along.z - v_from_start.z, 0.0);
+    float penumbra = 0.0008 + tan_softness * height;
+    float visible = smoothstep(-penumbra, penumbra, length(s * v_along.xy - v_from_start.xy) - v_radius);
+    bool shaded = height > 0.0 && all(lessThan(abs(v_p), table_half));
+    factor = vec4(shaded ? sqrt(mix(v_ambient, 1.0, visible)) : 1.0);
+  }
+)";
+
+/// Brings the arm's shadow, drawn at half the resolution, to the full one.
+inline constexpr const char* kEnlargeVertex = R"(
+  layout(location = 0) in vec2 position;
+  out vec2 v_place;
+  void main() {
+    v_place = 0.5 * position + 0.5;
+    gl_Position = vec4(position, 0.0, 1.0);
+  }
+)";
+inline constexpr const char* kEnlargeFragment = R"(
+  uniform sampler2D source;
+  in vec2 v_place;
+  out vec4 factor;
+  void main() { factor = vec4(texture(source, v_place).r); }
 )";
 
 }  // namespace breakshot::sim_bridge::shaders

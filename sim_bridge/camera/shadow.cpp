@@ -1,5 +1,7 @@
 #include "sim_bridge/camera/shadow.hpp"
 
+#include "sim_bridge/camera/table_patch.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -8,35 +10,13 @@ namespace breakshot::sim_bridge {
 namespace {
 
 /// A disc darkens the table this many heights around its foot; the shader fades to nothing there.
-constexpr double kOcclusionReach = 2.0;
-/// Cells per side of a disc's patch: how well it follows a distorting lens.
-constexpr int kPatchCells = 3;
+constexpr double kOcclusionReach = 1.25;
+/// Cells per side of a disc's patch, so that it follows a lens that bends it.
+constexpr int kCellsDistorted = 3;
 
-/// A vertex of a patch at a point of the table.
-ShadowVertex table_vertex(const Vector2& p_W, const std::array<float, 4>& disc, const ProjectedPoint& projected) {
-  return {{projected.clip.x(), projected.clip.y(), projected.clip.z(), projected.clip.w()},
-          {static_cast<float>(p_W.x()), static_cast<float>(p_W.y())},
-          disc};
-}
-
-/// A quadrilateral as two triangles.
-void append(std::vector<ShadowVertex>& vertices, const std::array<ShadowVertex, 4>& corners) {
-  for (const std::size_t i : {0U, 1U, 2U, 0U, 2U, 3U}) vertices.push_back(corners[i]);
-}
-
-/// Marks the pixels of an upright rectangle of the table; a corner behind the camera means that it is not in view as a whole: mark all.
-void mark_rect(const Rect& rect, const Projector& projector, TileGrid& tiles) {
-  Vector2 low = Vector2::Constant(1e9), high = Vector2::Constant(-1e9);
-  for (const Vector2& corner : {rect.min, rect.max, Vector2{rect.min.x(), rect.max.y()}, Vector2{rect.max.x(), rect.min.y()}}) {
-    const ProjectedPoint projected = projector.project({corner.x(), corner.y(), 0.0});
-    if (!projected.in_front) {
-      tiles.mark_all();
-      return;
-    }
-    low = low.cwiseMin(projected.pixel);
-    high = high.cwiseMax(projected.pixel);
-  }
-  tiles.mark(low.x(), low.y(), high.x(), high.y());
+double smoothstep(double low, double high, double x) {
+  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
 }
 
 }  // namespace
@@ -75,71 +55,94 @@ Capsule make_capsule(const Shape& shape) {
   return {shape.X_LS * Vector3{-half}, shape.X_LS * half, radius};
 }
 
+CapsuleShadow::CapsuleShadow(const Capsule& capsule_W, const Light& light)
+    : start{light.axes_W.transpose() * capsule_W.start},
+      along{light.axes_W.transpose() * (capsule_W.end - capsule_W.start)},
+      radius{capsule_W.radius},
+      inverse_squared{1.0 / std::max(along.head<2>().squaredNorm(), 1e-8)},
+      tan_softness{light.tan_softness} {}
+
+double CapsuleShadow::visibility(const Vector3& p) const {
+  const Vector3 a = start - p;
+  const double s = std::clamp(-a.head<2>().dot(along.head<2>()) * inverse_squared, 0.0, 1.0);
+  const double height = a.z() + s * along.z();
+  if (height <= 0.0) return 1.0;
+  const double penumbra = 0.0008 + tan_softness * height;
+  return smoothstep(-penumbra, penumbra, (a + s * along).head<2>().norm() - radius);
+}
+
+ShadowMesh::ShadowMesh(const Projector& projector)
+    : arm_tiles_{projector.model().width, projector.model().height}, disc_tiles_{arm_tiles_}, capsule_tiles_{arm_tiles_} {}
+
 void ShadowMesh::clear() {
   disc_vertices_.clear();
   arm_vertices_.clear();
-  starts_.clear();
-  alongs_.clear();
+  capsules_.clear();
+  arm_tiles_.clear();
+  disc_tiles_.clear();
 }
 
-void ShadowMesh::add_disc(const DiscState& disc, const Light& light, const Projector& projector, TileGrid& tiles) {
+void ShadowMesh::add_disc(const DiscState& disc, const Light& light, const Projector& projector) {
   const Vector2 shift = -light.direction_W.head<2>() / light.direction_W.z() * disc.height;  // of the top's shadow against its foot
   const double penumbra = light.tan_softness * disc.height / light.direction_W.z() / light.direction_W.z();
   const double reach = disc.radius + std::max(kOcclusionReach * disc.height, penumbra);
-  Rect rect{disc.p_WD.cwiseMin(disc.p_WD + shift), disc.p_WD.cwiseMax(disc.p_WD + shift)};
-  rect = rect.grown(reach);
-  mark_rect(rect, projector, tiles);
+  TablePatch patch;
+  patch.x_axis = shift.norm() > 1e-9 ? Vector2{shift.normalized()} : Vector2{Vector2::UnitX()};
+  patch.origin = disc.p_WD - reach * (patch.x_axis + perpendicular(patch.x_axis));
+  patch.size = {shift.norm() + 2.0 * reach, 2.0 * reach};
+  patch.cells = projector.distorted() ? kCellsDistorted : 1;
+  patch.mark(projector, disc_tiles_);
 
   const std::array<float, 4> parameters{static_cast<float>(disc.p_WD.x()), static_cast<float>(disc.p_WD.y()),
                                         static_cast<float>(disc.radius), static_cast<float>(disc.height)};
-  const auto vertex = [&](int column, int row) {
-    const Vector2 share{static_cast<double>(column) / kPatchCells, static_cast<double>(row) / kPatchCells};
-    const Vector2 p = rect.min + share.cwiseProduct(rect.max - rect.min);
-    return table_vertex(p, parameters, projector.project({p.x(), p.y(), 0.0}));
-  };
-  for (int row = 0; row < kPatchCells; ++row) {
-    for (int column = 0; column < kPatchCells; ++column) {
-      append(disc_vertices_, {vertex(column, row), vertex(column + 1, row), vertex(column + 1, row + 1), vertex(column, row + 1)});
-    }
-  }
+  patch.append_to(disc_vertices_, [&](const Vector2& p) { return DiscShadowVertex{clip_of(p, projector), to_float(p), parameters}; });
 }
 
-void ShadowMesh::add_capsule(const Capsule& capsule_W, const Light& light, const Projector& projector, TileGrid& arm_tiles) {
-  if (starts_.size() == kMaxCapsules) return;
-
-  // In the light's axes a ray is vertical, so the distance to a ray is a distance in the first two coordinates.
-  const Vector3 start = light.axes_W.transpose() * capsule_W.start, end = light.axes_W.transpose() * capsule_W.end;
-  const Eigen::Vector3f along = (end - start).cast<float>(), from = start.cast<float>();
-  const float across_squared = std::max(along.head<2>().squaredNorm(), 1e-8F);
-  starts_.push_back({from.x(), from.y(), from.z(), static_cast<float>(capsule_W.radius)});
-  alongs_.push_back({along.x(), along.y(), along.z(), 1.0F / across_squared});
-
+void ShadowMesh::add_capsule(const Capsule& capsule_W, const Light& light, const Projector& projector) {
   // The shadow of each piece lies in that of a ball around it.
+  capsule_tiles_.clear();
   const double length = (capsule_W.end - capsule_W.start).norm();
-  const int balls = 1 + static_cast<int>(length / 0.05);
-  for (int i = 0; i <= balls; ++i) {
-    const Vector3 centre = capsule_W.start + (capsule_W.end - capsule_W.start) * i / balls;
+  const int pieces = 1 + static_cast<int>(length / 0.05);
+  for (int i = 0; i <= pieces; ++i) {
+    const Vector3 centre = capsule_W.start + (capsule_W.end - capsule_W.start) * i / pieces;
     const double height = std::max(centre.z(), 0.0), rise = light.direction_W.z();
     const Vector2 shadow = centre.head<2>() - light.direction_W.head<2>() / rise * height;
-    const double reach = (capsule_W.radius + 0.5 * length / balls + light.tan_softness * height / rise) / rise;
-    mark_rect(Rect{shadow, shadow}.grown(reach), projector, arm_tiles);
+    const double reach = (capsule_W.radius + 0.5 * length / pieces + light.tan_softness * height / rise) / rise;
+    TablePatch{shadow - Vector2::Constant(reach), Vector2::UnitX(), Vector2::Constant(2.0 * reach)}.mark(projector, capsule_tiles_);
+  }
+  if (capsule_tiles_.empty()) return;
+  arm_tiles_.mark(capsule_tiles_);
+  capsules_.emplace_back(capsule_W, light);
+
+  const CapsuleShadow& capsule = capsules_.back();
+  const std::array<float, 4> start = to_float(capsule.start, capsule.radius), along = to_float(capsule.along, capsule.inverse_squared);
+  const auto vertex = [&](int column, int row) {
+    const Vector2 p = projector.table_point({column - 0.5, row - 0.5});
+    const Vector3 p_light = light.axes_W.transpose() * Vector3{p.x(), p.y(), 0.0};
+    return ArmShadowVertex{clip_of(p, projector), to_float(p), to_float(p_light), start, along};
+  };
+  capsule_tiles_.for_each_run([&](const PixelRect& run) {
+    const int right = run.x + run.width, bottom = run.y + run.height;
+    append_quad(arm_vertices_, vertex(run.x, run.y), vertex(right, run.y), vertex(right, bottom), vertex(run.x, bottom));
+  });
+}
+
+void ShadowMesh::select_around(const Vector3& p_W, double radius, const Light& light) {
+  selected_.clear();
+  const Vector3 p = light.axes_W.transpose() * p_W;
+  for (std::size_t i = 0; i < capsules_.size(); ++i) {
+    CapsuleShadow grown = capsules_[i];
+    grown.radius += radius;
+    // Points of the ball nearer to the table lie under a wider penumbra than its centre.
+    if (grown.visibility(p - Vector3{0.0, 0.0, radius}) < 1.0) selected_.push_back(i);
   }
 }
 
-void ShadowMesh::add_arm_patches(const TileGrid& arm_tiles, const Projector& projector) {
-  arm_tiles.for_each_run([&](const PixelRect& run) {
-    for (int left = run.x; left < run.x + run.width; left += TileGrid::kTile) {
-      const int right = std::min(left + TileGrid::kTile, run.x + run.width);
-      std::array<ShadowVertex, 4> corners{};
-      const std::array<Vector2, 4> pixels{Vector2{left - 0.5, run.y - 0.5}, Vector2{right - 0.5, run.y - 0.5},
-                                          Vector2{right - 0.5, run.y + run.height - 0.5}, Vector2{left - 0.5, run.y + run.height - 0.5}};
-      for (std::size_t i = 0; i < corners.size(); ++i) {
-        const Vector2 p = projector.table_point(pixels[i]);
-        corners[i] = table_vertex(p, {}, projector.project({p.x(), p.y(), 0.0}));
-      }
-      append(arm_vertices_, corners);
-    }
-  });
+double ShadowMesh::visibility(const Vector3& p_W, const Light& light) const {
+  const Vector3 p = light.axes_W.transpose() * p_W;
+  double visible = 1.0;
+  for (const std::size_t i : selected_) visible = std::min(visible, capsules_[i].visibility(p));
+  return visible;
 }
 
 }  // namespace breakshot::sim_bridge

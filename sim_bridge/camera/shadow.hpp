@@ -31,36 +31,62 @@ struct Capsule {
 };
 Capsule make_capsule(const Shape& shape);
 
-/// Capsules that the shaders take; an arm has about twenty solids.
-inline constexpr std::size_t kMaxCapsules = 32;
+/// The shadow of a capsule: the capsule in the light's axes, where rays are vertical.
+struct CapsuleShadow {
+  CapsuleShadow(const Capsule& capsule_W, const Light& light);
 
-/// What the vertex shader of shadows takes; see shaders.hpp.
-struct ShadowVertex {
+  /// Share of the light that arrives at a point, given in the light's axes, 0 to 1.
+  double visibility(const Vector3& p) const;
+
+  Vector3 start, along;
+  double radius;
+  double inverse_squared;  ///< of the length across the light
+  double tan_softness;
+};
+
+/// What the vertex shaders of shadows take; see shaders.hpp.
+struct DiscShadowVertex {
   std::array<float, 4> clip;
   std::array<float, 2> p_W;
   std::array<float, 4> disc;
 };
+struct ArmShadowVertex {
+  std::array<float, 4> clip;
+  std::array<float, 2> p_W;
+  std::array<float, 3> p_light;
+  std::array<float, 4> start, along;
+};
 
-/// The patches of table that discs and arm may shade, as triangles, and the arm as capsules in the light's axes.
+/// The patches of table that discs and arm may shade, as triangles.
 class ShadowMesh {
  public:
+  explicit ShadowMesh(const Projector& projector);
   void clear();
-  /// Adds the shadow of a disc and the darkening around its foot.
-  void add_disc(const DiscState& disc, const Light& light, const Projector& projector, TileGrid& tiles);
-  /// Adds a solid of the arm. @throws nothing; beyond kMaxCapsules solids cast no shadow
-  void add_capsule(const Capsule& capsule_W, const Light& light, const Projector& projector, TileGrid& arm_tiles);
-  /// Adds a patch of table per marked tile, to be shaded by all capsules.
-  void add_arm_patches(const TileGrid& arm_tiles, const Projector& projector);
 
-  const std::vector<ShadowVertex>& disc_vertices() const { return disc_vertices_; }
-  const std::vector<ShadowVertex>& arm_vertices() const { return arm_vertices_; }
-  /// As the shaders take them: capsule_start and capsule_along.
-  const std::vector<std::array<float, 4>>& capsule_starts() const { return starts_; }
-  const std::vector<std::array<float, 4>>& capsule_alongs() const { return alongs_; }
+  /// Adds the shadow of a disc and the darkening around its foot.
+  void add_disc(const DiscState& disc, const Light& light, const Projector& projector);
+  /// Adds the shadow of a solid of the arm.
+  void add_capsule(const Capsule& capsule_W, const Light& light, const Projector& projector);
+
+  /// Collects the capsules that may shade a ball; then visibility() answers for points in it.
+  void select_around(const Vector3& p_W, double radius, const Light& light);
+  /// Share of the light that the selected capsules leave at a point of W, 0 to 1.
+  double visibility(const Vector3& p_W, const Light& light) const;
+  bool any_selected() const { return !selected_.empty(); }
+
+  /// Where the shadows may fall.
+  const TileGrid& arm_tiles() const { return arm_tiles_; }
+  const TileGrid& disc_tiles() const { return disc_tiles_; }
+  const std::vector<DiscShadowVertex>& disc_vertices() const { return disc_vertices_; }
+  const std::vector<ArmShadowVertex>& arm_vertices() const { return arm_vertices_; }
 
  private:
-  std::vector<ShadowVertex> disc_vertices_, arm_vertices_;
-  std::vector<std::array<float, 4>> starts_, alongs_;
+  std::vector<DiscShadowVertex> disc_vertices_;
+  std::vector<ArmShadowVertex> arm_vertices_;
+  std::vector<CapsuleShadow> capsules_;
+  std::vector<std::size_t> selected_;
+  TileGrid arm_tiles_, disc_tiles_;
+  TileGrid capsule_tiles_;  ///< of the capsule being added
 };
 
 }  // namespace breakshot::sim_bridge
