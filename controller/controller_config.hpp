@@ -21,7 +21,8 @@ struct ControllerConfig {
 /// @throws ConfigError
 ControllerConfig load_controller_config(const ConfigDocument& document, const CellConfig& cell);
 
-/// Ranges and speeds as the arm's description has them; `max_acceleration` for every joint.
-safety::JointLimits joint_limits(const ArmDescription& arm, double max_acceleration);
+/// What every command to this arm is held against: ranges and speeds as its description has them; the stops' acceleration, because a stop may ask
+/// for more than strokes may.
+safety::JointLimits joint_limits(const ArmDescription& arm, const motion::StopLimits& stop);
 
 }  // namespace breakshot::control

@@ -142,7 +142,7 @@ class Controller {
 
  private:
   static LoopConfig complete(LoopConfig loop, const ArmDescription& arm, std::uint64_t session) {
-    loop.limits = joint_limits(arm, loop.stop.acceleration);
+    loop.limits = joint_limits(arm, loop.stop);
     loop.session = session;
     return loop;
   }

@@ -17,7 +17,7 @@ InProcessSettings load_in_process_settings(const std::string& config_file, const
   const auto controller = control::load_controller_config(document, cell);
   settings.motion = controller.motion;
   settings.loop = controller.loop;
-  settings.loop.limits = control::joint_limits(settings.arm, controller.motion.max_acceleration);
+  settings.loop.limits = control::joint_limits(settings.arm, controller.loop.stop);
   settings.perception = perception::load_perception_config(document, cell).settings;
 
   settings.sim.X_WB = cell.arm.X_WB;
