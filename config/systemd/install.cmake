@@ -1,0 +1,14 @@
+# Runs at install time, when the prefix is known: puts units, user and configuration where the prefix says.
+#   cmake --install build/release --prefix /opt/breakshot
+set(source ${CMAKE_CURRENT_LIST_DIR})
+set(target "$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}")
+file(GLOB templates ${source}/*.in)
+foreach(template IN LISTS templates)
+  get_filename_component(name ${template} NAME_WLE)
+  message(STATUS "Installing: ${target}/lib/systemd/system/${name}")
+  configure_file(${template} ${target}/lib/systemd/system/${name} @ONLY)
+endforeach()
+file(INSTALL ${source}/breakshot-.service.d DESTINATION ${target}/lib/systemd/system)
+file(INSTALL ${source}/sysusers.conf DESTINATION ${target}/lib/sysusers.d RENAME breakshot.conf)
+file(INSTALL ${source}/../cell.yaml ${source}/../arms ${source}/../cameras ${source}/../formations DESTINATION ${target}/etc)
+file(INSTALL ${source}/../../README.md DESTINATION ${target}/share/doc/breakshot)
