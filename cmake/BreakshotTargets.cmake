@@ -11,14 +11,14 @@ endfunction()
 # Everything that runs, without the tests: what `./breakshot demo` and `up` build.
 add_custom_target(breakshot_programs)
 
-# breakshot_program(NAME SOURCES ... LINK deps...): an executable bin/breakshot-NAME. A benchmark (NAME bench_...) is built on request or with
+# breakshot_program(NAME SOURCES ... LINK deps...): an executable bin/breakshot-NAME. A benchmark (NAME bench-...) is built on request or with
 # `all`, and is not installed.
 function(breakshot_program name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
   add_executable(breakshot-${name} ${arg_SOURCES})
   target_link_libraries(breakshot-${name} PRIVATE breakshot_compile ${arg_LINK})
   set_target_properties(breakshot-${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
-  if(NOT name MATCHES "^bench_")
+  if(NOT name MATCHES "^bench-")
     add_dependencies(breakshot_programs breakshot-${name})
     install(TARGETS breakshot-${name} RUNTIME DESTINATION bin)
   endif()
