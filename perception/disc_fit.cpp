@@ -10,16 +10,16 @@
 namespace breakshot::perception {
 namespace {
 
-constexpr int kDirections = 144;  // one per 1.5 px of a 30 mm disc's outline: closer ones would share their pixels' noise
-constexpr int kPasses = 3;
-constexpr int kSamples = 15;                                   // of a profile across the rim
-constexpr double kSampleStep = 0.5;                            // px
-constexpr double kReach = kSampleStep * (kSamples - 1) / 2.0;  // px to either side
-constexpr double kRimBlur = 1.5;                               // px: from there on an edge's blur has faded
-constexpr int kSideSamples = 3;        // that tell the colour of each side: they lie 2.5 px and more from the rim, beyond its blur
+constexpr int kDirections = 144;     // one per 1.5 px of a 30 mm disc's outline: closer ones would share their pixels' noise
+constexpr double kSampleStep = 0.5;  // px, along a profile across the rim
+// Half a profile's length, px, per pass. The first must bridge the guess's error; the later ones stay close to the edge, where shadows and
+// bevels have no room to change the colours that the two sides are measured by.
+constexpr std::array<double, 3> kReach{3.5, 1.5, 1.5};
+constexpr std::size_t kMaxSamples = 15;
+constexpr double kRimBlur = 1.5;       // px: from there on an edge's blur has faded
 constexpr double kMinContrast = 15.0;  // distance of the two sides in RGB, [0, 255]: five times the noise of a sample
 constexpr double kTukey = 4.685;       // 95 % efficiency for normal errors (Holland and Welsch 1977)
-constexpr double kBiasPatches = 8.0;   // directions that share one draw of edge_bias_sigma: an eighth of the outline
+constexpr double kPatches = 8.0;       // of an outline that share one draw of edge_patch_sigma
 
 using Colour = Eigen::Vector3f;
 
@@ -43,18 +43,42 @@ double distance_to_segment(const Vector2& c, const Vector2& a, const Vector2& b)
   return (a + t * ab - c).norm();
 }
 
-// Where a profile of colours passes half-way from its inside to its outside, in samples from its middle; nothing when it does not.
-std::optional<double> half_way(const std::array<Colour, kSamples>& profile, const Colour& inside, const Colour& outside) noexcept {
-  const Colour contrast = inside - outside;
-  const float scale = 1.0F / contrast.squaredNorm();
-  const auto share = [&](const Colour& c) { return (c - outside).dot(contrast) * scale; };
-  constexpr double kMiddle = (kSamples - 1) / 2.0;
+// How much of a colour is the disc's and how much is what lies outside.
+//
+// Usually the two differ in hue: the colour is then split into a part along `inside` and one along `outside`, and the second part is the
+// answer. However much brighter or darker than the sample the disc is (a bevel, its wall beside its top), only the first part changes.
+// Where the two are nearly parallel (a grey disc, deep shadow) the answer is the place between them.
+class Mixture {
+ public:
+  Mixture(const Colour& inside, const Colour& outside) noexcept {
+    const float cosine = inside.dot(outside) / std::max(1e-6F, inside.norm() * outside.norm());
+    by_hue_ = 1.0F - cosine * cosine > kMinSine * kMinSine && outside.norm() > kMinLight;
+    // The part of `outside` that is perpendicular to `inside` measures the share of the outside whatever the disc's brightness.
+    axis_ = by_hue_ ? Colour{outside - inside * (inside.dot(outside) / inside.squaredNorm())} : Colour{outside - inside};
+    axis_ /= axis_.squaredNorm();
+    origin_ = by_hue_ ? 0.0F : inside.dot(axis_);
+  }
+  bool by_hue() const noexcept { return by_hue_; }
+  /// 0 inside, 1 outside.
+  float outside_share(const Colour& colour) const noexcept { return colour.dot(axis_) - origin_; }
+
+ private:
+  static constexpr float kMinSine = 0.15F;  // of the angle between the two colours: below, noise grows by more than six
+  static constexpr float kMinLight = 12.0F;
+  Colour axis_;
+  float origin_ = 0.0F;
+  bool by_hue_ = false;
+};
+
+// Where a profile passes half-way from its inside to its outside, in samples from its middle; nothing when it does not.
+std::optional<double> half_way(std::span<const Colour> profile, const Mixture& mixture) noexcept {
+  const double middle = static_cast<double>(profile.size() - 1) / 2.0;
   std::optional<double> nearest;
-  float previous = share(profile[0]);
-  for (std::size_t i = 1; i < kSamples; ++i) {
-    const float next = share(profile[i]);
-    if (previous >= 0.5F && next < 0.5F) {
-      const double at = static_cast<double>(i - 1) + static_cast<double>((previous - 0.5F) / (previous - next)) - kMiddle;
+  float previous = mixture.outside_share(profile[0]);
+  for (std::size_t i = 1; i < profile.size(); ++i) {
+    const float next = mixture.outside_share(profile[i]);
+    if (previous <= 0.5F && next > 0.5F) {
+      const double at = static_cast<double>(i - 1) + static_cast<double>((0.5F - previous) / (next - previous)) - middle;
       if (!nearest || std::abs(at) < std::abs(*nearest)) nearest = at;
     }
     previous = next;
@@ -90,7 +114,7 @@ bool DiscFitter::occluded(const DepthFrame& depth, const Vector2& pixel) const n
 }
 
 DiscFitter::Look DiscFitter::look(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& disc, std::span<const CircleGuess> near,
-                                  const Vector2& n_W, double& range) const {
+                                  const Vector2& n_W, double reach, double& range) const {
   const bool top = view_.top_rim_bounds(disc.p_WD, disc.radius, n_W);
   const double z = view_.rim_height(top);
   const Vector2 rim = disc.p_WD + disc.radius * n_W;
@@ -103,37 +127,36 @@ DiscFitter::Look DiscFitter::look(const cv::Mat3b& rgb, const DepthFrame* depth,
   const double pixels_per_metre = across.norm() / kProbe;
   const Vector2 step = across.normalized() * kSampleStep;
 
-  // What the far end of the profile looks onto, along its ray from the plane of the top faces down to the table.
-  const Vector2 far_end = rim + kReach / pixels_per_metre * n_W;
+  // What lies just outside, along its ray from the plane of the top faces down to the table.
+  const Vector2 far_end = rim + kReach.front() / pixels_per_metre * n_W;
   const Vector2 ray_top = top ? far_end : view_.top_of_ray(far_end);
   const Vector2 ray_base = top ? view_.base_of_ray(far_end) : far_end;
   for (const auto& other : near) {
     if (distance_to_segment(other.p_WD, ray_top, ray_base) < other.radius) return Look::kNeighbour;
   }
 
-  // Past a narrow wall the profile's inner end would lie on the top face, and the half-way colour nowhere in particular.
-  if (!top && view_.wall_width(disc.p_WD, disc.radius, n_W) * pixels_per_metre < kReach + kRimBlur) return Look::kNarrowWall;
-
-  const Vector2 first = *pixel - step * ((kSamples - 1) / 2.0);
-  const Vector2 last = *pixel + step * ((kSamples - 1) / 2.0);
+  const auto samples = static_cast<std::size_t>(2.0 * reach / kSampleStep) + 1;
+  const Vector2 inner = *pixel - reach / kSampleStep * step;
+  const Vector2 outer = *pixel + reach / kSampleStep * step;
   const auto within = [&](const Vector2& p) { return p.x() >= 0.0 && p.y() >= 0.0 && p.x() < rgb.cols - 1 && p.y() < rgb.rows - 1; };
-  if (!within(first) || !within(last)) return Look::kHidden;
-  if (depth != nullptr && (occluded(*depth, first) || occluded(*depth, last) || occluded(*depth, last + 8.0 * step))) return Look::kHidden;
-
-  std::array<Colour, kSamples> profile;
-  for (std::size_t i = 0; i < kSamples; ++i) profile[i] = sample(rgb, light_, first + static_cast<double>(i) * step);
-  Colour inside = Colour::Zero();
-  Colour outside = Colour::Zero();
-  for (std::size_t i = 0; i < kSideSamples; ++i) {
-    inside += profile[i] / static_cast<float>(kSideSamples);
-    outside += profile[kSamples - 1 - i] / static_cast<float>(kSideSamples);
-  }
-  if ((inside - outside).norm() < static_cast<float>(kMinContrast)) return Look::kHidden;
+  if (!within(inner) || !within(outer)) return Look::kHidden;
+  if (depth != nullptr && (occluded(*depth, inner) || occluded(*depth, outer) || occluded(*depth, *pixel + 16.0 * step)))
+    return Look::kHidden;
   // The arm, or a highlight: asked of the pixel itself, as the colour table speaks of encoded values.
-  const Vector2 within_rim = *pixel - 3.0 / kSampleStep * step;
-  const std::uint8_t* p = rgb.ptr<std::uint8_t>(static_cast<int>(std::lround(within_rim.y()))) + 3 * std::lround(within_rim.x());
+  const std::uint8_t* p = rgb.ptr<std::uint8_t>(static_cast<int>(inner.y() + 0.5)) + 3 * static_cast<int>(inner.x() + 0.5);
   if (segmenter_.classify(p[0], p[1], p[2]) != disc.colour) return Look::kHidden;
-  const auto at = half_way(profile, inside, outside);
+
+  std::array<Colour, kMaxSamples> buffer;
+  const std::span profile = std::span{buffer}.first(samples);
+  for (std::size_t i = 0; i < samples; ++i) profile[i] = sample(rgb, light_, inner + static_cast<double>(i) * step);
+  const Colour inside = (profile[0] + profile[1]) / 2.0F;
+  const Colour outside = (profile[samples - 1] + profile[samples - 2]) / 2.0F;
+  if ((inside - outside).norm() < static_cast<float>(kMinContrast)) return Look::kHidden;
+  const Mixture mixture{inside, outside};
+  // Past a narrow wall the inside of the profile is the top face: brighter than the wall, so only hue finds the wall's edge.
+  const bool narrow = !top && view_.wall_width(disc.p_WD, disc.radius, n_W) * pixels_per_metre < reach + kRimBlur;
+  if (narrow && !mixture.by_hue()) return Look::kNarrowWall;
+  const auto at = half_way(profile, mixture);
   if (!at) return Look::kHidden;
   range = disc.radius + *at * kSampleStep / pixels_per_metre;
   return Look::kEdge;
@@ -156,14 +179,14 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
   int explained = 0;  // directions without an edge for a reason that says nothing against the disc
   double sigma = 0.0;
   Matrix3 normal;
-  for (int pass = 0; pass < kPasses; ++pass) {
+  for (const double reach : kReach) {
     edges.clear();
     explained = 0;
     for (int k = 0; k < kDirections; ++k) {
       const double angle = 2.0 * CV_PI * k / kDirections;
       const Vector2 n_W{std::cos(angle), std::sin(angle)};
       double range = 0.0;
-      const Look seen = look(rgb, depth, disc, near, n_W, range);
+      const Look seen = look(rgb, depth, disc, near, n_W, reach, range);
       if (seen == Look::kEdge) edges.push_back({n_W, range, 1.0});
       if (seen == Look::kNeighbour || seen == Look::kNarrowWall) ++explained;
     }
@@ -204,9 +227,10 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
   fit.seen_share = static_cast<double>(good) / kDirections;
   fit.hidden_share = static_cast<double>(kDirections - explained - good) / kDirections;
   if (360.0 * fit.seen_share < settings_.min_seen_arc_deg) return std::nullopt;
-  // Independent noise per edge point, plus an error that neighbouring points share and that therefore averages out more slowly.
-  const double shared = settings_.edge_bias_sigma * settings_.edge_bias_sigma * kDirections / kBiasPatches;
-  fit.covariance = (sigma * sigma + shared) * normal.inverse();
+  // Points that share an error count as one.
+  const double patch = settings_.edge_patch_sigma * settings_.edge_patch_sigma * kDirections / kPatches;
+  fit.covariance = (sigma * sigma + patch) * normal.inverse();
+  fit.covariance(2, 2) += settings_.edge_common_sigma * settings_.edge_common_sigma;
   return fit;
 }
 

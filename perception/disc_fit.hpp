@@ -28,8 +28,8 @@ struct DiscFit {
 /// Fits discs to an image, from guesses that are good to about two pixels.
 ///
 /// In each of many directions it walks across the predicted rim (top or base, see View), takes the mean colours just inside and just
-/// outside, and puts the edge where the colour is half-way between them: with the two sides measured on the spot, neither lighting nor the
-/// table's colour shifts it. Directions that look onto a neighbour disc are left out rather than trusted, so that a narrow gap does not
+/// outside, and puts the edge where the colour is half-way between them: with the two sides measured on the spot, and the disc's part of a
+/// mixture told by its hue, neither lighting, nor the shade of a bevel or a wall, nor the table's colour shifts it. Directions that look onto a neighbour disc are left out rather than trusted, so that a narrow gap does not
 /// pull two discs together. A robust least-squares circle follows.
 class DiscFitter {
  public:
@@ -52,12 +52,13 @@ class DiscFitter {
   enum class Look {
     kEdge,
     kNeighbour,   // looks onto another disc
-    kNarrowWall,  // the base rim lies so close to the top rim that the profile crosses both
+    kNarrowWall,  // the base rim lies so close to the top rim that the profile crosses both, and hue does not tell them from the table
     kHidden,      // no edge of this disc there
   };
 
+  // Measures the edge in direction n_W within `reach` px of the disc's predicted rim; `range` receives its distance from the centre.
   Look look(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& disc, std::span<const CircleGuess> near, const Vector2& n_W,
-            double& range) const;
+            double reach, double& range) const;
   bool occluded(const DepthFrame& depth, const Vector2& pixel) const noexcept;
 
   const View& view_;

@@ -15,7 +15,7 @@ constexpr std::size_t kMaxPoints = 160;  // per patch; more do not sharpen a gue
 constexpr int kTrials = 80;              // an arc of a third of the points is then missed once in 1e5 (0.87^80)
 constexpr double kGoodShare = 0.85;      // of the points: no need to look for better
 constexpr double kMinArc = 1.0;          // rad: less of an outline says too little about a circle
-constexpr double kMinFill = 0.5;         // share of the circle that the patch must cover: half may be hidden behind the arm
+constexpr double kMinFill = 0.25;        // share of the circle that the patch must cover: more than half of it may be hidden behind the arm
 
 struct OutlinePoint {
   Vector2 top, base;  // where its ray meets the plane of the top faces and the table, m

@@ -39,11 +39,12 @@ double touch_probability(double gap, double sigma, double touch_gap) noexcept {
 }
 
 // Variance of the gap between two fitted circles, m^2. Centre and radius of one circle are correlated when only an arc of it was seen.
-double gap_variance(const DiscFit& a, const DiscFit& b) noexcept {
+double gap_variance(const DiscFit& a, const DiscFit& b, double common_sigma) noexcept {
   const Vector2 n_AB = (b.p_WD - a.p_WD).normalized();
   const Vector3 from_a{-n_AB.x(), -n_AB.y(), -1.0};
   const Vector3 from_b{n_AB.x(), n_AB.y(), -1.0};
-  return from_a.dot(a.covariance * from_a) + from_b.dot(b.covariance * from_b);
+  // What all edges share shifts both radii alike: the covariances hold it as if it were independent.
+  return from_a.dot(a.covariance * from_a) + from_b.dot(b.covariance * from_b) + 2.0 * common_sigma * common_sigma;
 }
 
 double gap_between(const DiscFit& a, const DiscFit& b) noexcept { return (a.p_WD - b.p_WD).norm() - a.radius - b.radius; }
@@ -150,7 +151,7 @@ class Perceiver::Impl {
       contact.a = static_cast<std::uint16_t>(found.a);
       contact.b = static_cast<std::uint16_t>(found.b);
       contact.gap = gap_between(a, b);
-      contact.p_touch = touch_probability(contact.gap, std::sqrt(gap_variance(a, b)), settings_.touch_gap);
+      contact.p_touch = touch_probability(contact.gap, std::sqrt(gap_variance(a, b, settings_.edge_common_sigma)), settings_.touch_gap);
       contact.push_start_W = found.push_start_W;
       contact.push_direction_W = found.push_direction_W;
       contact.contour_length = found.contour_length;

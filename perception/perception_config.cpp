@@ -32,7 +32,8 @@ PerceptionConfig load_perception_config(const ConfigDocument& document, const Ce
   s.edge_gamma = node.number("edge_gamma", {0.5, 3.0}, "");
   s.min_seen_arc_deg = node.number("min_seen_arc_deg", {30.0, 360.0}, "deg");
   s.edge_sigma_floor = kMetrePerMillimetre * node.number("edge_sigma_floor_mm", {0.0, 5.0}, "mm");
-  s.edge_bias_sigma = kMetrePerMillimetre * node.number("edge_bias_sigma_mm", {0.0, 5.0}, "mm");
+  s.edge_patch_sigma = kMetrePerMillimetre * node.number("edge_patch_sigma_mm", {0.0, 5.0}, "mm");
+  s.edge_common_sigma = kMetrePerMillimetre * node.number("edge_common_sigma_mm", {0.0, 5.0}, "mm");
   s.touch_gap = kMetrePerMillimetre * node.number("touch_gap_mm", {0.0, 10.0}, "mm");
   s.occluder_height = node.number("occluder_height", {cell.disc_height, 1.0}, "m");
   s.max_disc_speed = node.number("max_disc_speed", {0.1, 20.0}, "m/s");

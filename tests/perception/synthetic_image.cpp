@@ -54,6 +54,25 @@ Hit trace(const SyntheticScene& scene, const CameraModel& camera, const Vector2&
   return hit;
 }
 
+// Where rays have to be traced: generous boxes around everything that stands on the table.
+cv::Mat1b near_something(const SyntheticScene& scene, const CameraModel& camera) {
+  cv::Mat1b near(camera.height + 1, camera.width + 1, std::uint8_t{0});
+  const auto add = [&](const Rect& area, double z) {
+    std::vector<cv::Point2f> corners;
+    for (const double height : {0.0, z}) {
+      for (const Vector2& p : {area.min, area.max, Vector2{area.min.x(), area.max.y()}, Vector2{area.max.x(), area.min.y()}}) {
+        const auto pixel = camera.project({p.x(), p.y(), height});
+        corners.emplace_back(static_cast<float>(pixel->x()), static_cast<float>(pixel->y()));
+      }
+    }
+    const cv::Rect box = cv::boundingRect(corners) & cv::Rect{{0, 0}, near.size()};
+    near(box) = 255;
+  };
+  for (const auto& disc : scene.discs) add(Rect{disc.p_WD, disc.p_WD}.grown(disc.radius + 0.004), kDiscHeight);
+  if (scene.arm) add(scene.arm->grown(0.004), scene.arm_height);
+  return near;
+}
+
 Rgb light(const SyntheticScene& scene, const Hit& hit) {
   if (hit.surface == 0) return scene.brightness * kTable;
   if (hit.surface == 1) return scene.brightness * kArm;
@@ -96,8 +115,11 @@ SyntheticFrames render(const SyntheticScene& scene, const CameraModel& camera, s
   frames.depth.depth.resize(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
   std::vector<Hit> above(static_cast<std::size_t>(camera.width) + 1);
   std::vector<Hit> below(static_cast<std::size_t>(camera.width) + 1);
+  const cv::Mat1b near = near_something(scene, camera);
   const auto trace_row = [&](int y, std::vector<Hit>& row) {
-    for (int x = 0; x <= camera.width; ++x) row[static_cast<std::size_t>(x)] = trace(scene, camera, {x - 0.5, y - 0.5});
+    for (int x = 0; x <= camera.width; ++x) {
+      row[static_cast<std::size_t>(x)] = near(y, x) != 0 ? trace(scene, camera, {x - 0.5, y - 0.5}) : Hit{};
+    }
   };
   trace_row(0, below);
   for (int y = 0; y < camera.height; ++y) {
