@@ -1,5 +1,7 @@
 #include "sim_bridge/node/camera_feed.hpp"
 
+#include <pthread.h>
+
 #include <algorithm>
 
 namespace breakshot::sim_bridge {
@@ -87,6 +89,7 @@ CameraFeed::Frame CameraFeed::take_free_frame() {
 }
 
 void CameraFeed::run() {
+  pthread_setname_np(pthread_self(), "camera");
   std::unique_lock lock{mutex_};
   while (!stop_) {
     if (!ready_.empty() && clock() >= ready_.front().due) {

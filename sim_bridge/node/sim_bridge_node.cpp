@@ -17,6 +17,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstring>
 #include <ctime>
 #include <thread>
@@ -79,7 +80,7 @@ class SimBridge {
                   depth_writer_.write(depth);
                   color_writer_.write(color);
                 }},
-        sender_{participant_, lockstep_} {
+        sender_{participant_, lockstep_, std::max(1, config_.priority - 1)} {
     world_.place(discs_of(formation_, config_, process.cell()));
   }
 
@@ -130,6 +131,7 @@ void SimBridge::run() {
 
   std::exception_ptr failure;
   std::thread physics{[&] {
+    pthread_setname_np(pthread_self(), "physics");
     try {
       lockstep_ ? run_lockstep() : run_realtime();
     } catch (...) {

@@ -12,7 +12,9 @@ namespace breakshot::sim_bridge {
 /// lockstep mode the physics thread sends itself, which saves a hand-over per tick.
 class StateSender {
  public:
-  StateSender(dds::Participant& participant, bool directly);
+  /// @param directly  send from the calling thread: lockstep mode
+  /// @param priority  SCHED_FIFO of the sending thread, where the system grants it
+  StateSender(dds::Participant& participant, bool directly, int priority);
   ~StateSender();
   StateSender(const StateSender&) = delete;
   StateSender& operator=(const StateSender&) = delete;
@@ -23,7 +25,7 @@ class StateSender {
   void send(const SimTruth& truth);
 
  private:
-  void run(const std::stop_token& stop);
+  void run(const std::stop_token& stop, int priority);
 
   const bool directly_;
   dds::Writer<JointState> states_;
