@@ -63,7 +63,8 @@ struct InProcessCell::Episode {
 InProcessCell::InProcessCell(const InProcessSettings& settings)
     : settings_{settings},
       camera_{settings.camera_model, settings.camera, settings.arm, settings.cell.arm.X_WB},
-      stroke_planner_{settings.arm, settings.cell.arm.X_WB, settings.motion} {}
+      stroke_planner_{settings.arm, settings.cell.arm.X_WB, settings.motion},
+      planners_stroke_planner_{settings.arm, settings.cell.arm.X_WB, settings.motion} {}
 
 InProcessCell::~InProcessCell() = default;
 
@@ -155,9 +156,7 @@ void InProcessCell::look(Episode& episode) {
   while (!episode.exposures.empty() && now >= episode.exposures.front().due) {
     const auto exposure = std::move(episode.exposures.front());
     episode.exposures.pop_front();
-    // Nobody would look at this frame: the planner only uses scenes in these phases.
-    const TaskPhase phase = episode.runner.status().phase;
-    if (phase != TaskPhase::kLooking && phase != TaskPhase::kSettling) continue;
+    if (!looked_at(episode)) continue;
     auto& color = episode.color;
     auto& depth = episode.depth;
     color.seq = depth.seq = exposure.frame;
@@ -172,6 +171,18 @@ void InProcessCell::look(Episode& episode) {
   }
 }
 
+/// Whether the planner could decide on a frame that arrives now. Rendering is most of what an episode costs, so frames that it would throw away
+/// are not drawn: outside of looking and settling, before the arm is parked, and while discs are far too fast to count as at rest.
+bool InProcessCell::looked_at(const Episode& episode) const {
+  constexpr double kFastDisc = 0.1;  // m/s; five times what counts as at rest
+  const TaskPhase phase = episode.runner.status().phase;
+  if (phase != TaskPhase::kLooking && phase != TaskPhase::kSettling) return false;
+  const auto& stroke = episode.executor.newest();
+  if (stroke && !is_final(stroke->phase)) return false;
+  const SimTruth truth = episode.world.truth();
+  return std::all_of(truth.discs.begin(), truth.discs.end(), [](const SimDisc& d) { return d.v_WD_W.norm() < kFastDisc; });
+}
+
 void InProcessCell::carry_out(Episode& episode) {
   const Time now = episode.world.now();
   for (auto& action : episode.runner.take_actions()) {
@@ -179,7 +190,9 @@ void InProcessCell::carry_out(Episode& episode) {
       episode.executor.submit(send->stroke, now);
     } else if (const auto* run = std::get_if<task::RunStrategy>(&action)) {
       const auto began = std::chrono::steady_clock::now();
-      auto decision = episode.strategy->decide(run->scene, run->context);
+      strategy::DecisionContext context = run->context;
+      if (settings_.ask_arm) context.filter = &arm_filter_;
+      auto decision = episode.strategy->decide(run->scene, context);
       episode.result.decision_s.push_back(to_seconds(std::chrono::steady_clock::now() - began));
       episode.thought = Episode::Thought{run->ticket, std::move(decision), settings_.think_charge, now + settings_.think_charge};
     } else if (auto* outcome = std::get_if<Outcome>(&action)) {

@@ -7,6 +7,7 @@
 #include "controller/loop/stroke_executor.hpp"
 #include "controller/motion/stroke_planner.hpp"
 #include "perception/perceiver.hpp"
+#include "planner/arm_filter.hpp"
 #include "planner/strategy/strategy.hpp"
 #include "planner/task/task_runner.hpp"
 #include "sim_bridge/camera/camera.hpp"
@@ -34,7 +35,7 @@ struct InProcessSettings {
   perception::PerceptionSettings perception;
   strategy::StrategySettings strategy;
   task::TaskSettings task;
-  std::string strategy_name = "paper";
+  bool ask_arm = true;     ///< strategies ask the motion library whether the arm can run a stroke
   Duration frame_period{};
   Duration camera_latency{};
   /// What the cell clock is charged for a decision and for planning a stroke. Fixed, because measured times would make runs differ; the
@@ -85,11 +86,14 @@ class InProcessCell {
   struct Episode;
   void tick(Episode& episode);
   void look(Episode& episode);
+  bool looked_at(const Episode& episode) const;
   void carry_out(Episode& episode);
 
   InProcessSettings settings_;
   sim_bridge::Camera camera_;
-  motion::StrokePlanner stroke_planner_;
+  motion::StrokePlanner stroke_planner_;         // the controller's
+  motion::StrokePlanner planners_stroke_planner_;
+  planner::ArmFilter arm_filter_{planners_stroke_planner_};
   std::uint64_t frames_ = 0;
 };
 

@@ -2,6 +2,8 @@
 #include "common/urdf/arm_description.hpp"
 #include "controller/controller_config.hpp"
 #include "perception/perception_config.hpp"
+#include "planner/planner_config.hpp"
+#include "sim_bridge/sim_bridge_config.hpp"
 #include "tests/support/in_process_cell.hpp"
 
 namespace breakshot::support {
@@ -20,12 +22,18 @@ InProcessSettings load_in_process_settings(const std::string& config_file, const
   settings.loop.limits = control::joint_limits(settings.arm, controller.loop.stop);
   settings.perception = perception::load_perception_config(document, cell).settings;
 
-  settings.sim.X_WB = cell.arm.X_WB;
-  settings.sim.q_start = cell.arm.park;
-  settings.camera.palette.clear();
-  for (const auto& c : cell.colours) settings.camera.palette.push_back({static_cast<float>(c.rgb[0]) / 255.0F, static_cast<float>(c.rgb[1]) / 255.0F, static_cast<float>(c.rgb[2]) / 255.0F});
-  settings.frame_period = std::chrono::microseconds{33'333};
-  settings.camera_latency = std::chrono::milliseconds{66};
+  const auto bridge = sim_bridge::load_sim_bridge_config(document, cell);
+  settings.sim = bridge.sim;
+  settings.camera = bridge.camera;
+  settings.disc_mass = bridge.disc_mass;
+  settings.disc_mass_radius = bridge.disc_mass_radius;
+  settings.frame_period = bridge.frame_period;
+  settings.camera_latency = bridge.camera_latency;
+
+  const auto planner = planner::load_planner_config(document, cell);
+  settings.strategy = planner.settings;
+  settings.task = planner.task;
+  settings.ask_arm = planner.ask_arm;
   return settings;
 }
 
