@@ -1,4 +1,4 @@
-// How well perception measures, on pictures of the simulator's camera: `breakshot-bench-perception --n 200 --seed 1 --json out.json`.
+// `./breakshot bench perception`: how well perception measures, on pictures of the simulator's camera.
 //
 // Three kinds of scene take turns: six discs spread over the workspace, a random cluster with gaps up to half a millimetre, and three pairs
 // with gaps of 0 to 8 mm. Truth is used here to score, never by perception.
@@ -7,10 +7,10 @@
 #include "common/config/formation.hpp"
 #include "perception/perceiver.hpp"
 #include "perception/perception_config.hpp"
+#include "tests/bench/report.hpp"
 #include "tests/support/render_scene.hpp"
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -19,11 +19,9 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
 #include <map>
 #include <numbers>
 #include <random>
-#include <thread>
 #include <vector>
 
 namespace breakshot::perception {
@@ -275,32 +273,30 @@ void report(const Score& score, double bound_ms, const Options& options) {
     false_contours += decision.contours;
     false_fits += decision.fits;
   }
-  nlohmann::json out;
-  out["bench"] = "perception";
-  out["machine"] = {{"cores", std::thread::hardware_concurrency()}};
-  out["args"] = {{"n", options.n}, {"seed", options.seed}, {"brightness", options.brightness}};
-  out["metrics"] = {{"robust.centre_rms_mm", centre_rms},
-                    {"robust.centre_max_mm", 1e3 * score.centre_max},
-                    {"robust.radius_rms_mm", radius_rms},
-                    {"robust.touch_f1", f1(score, &Decision::fits)},
-                    {"robust.false_contacts", false_fits},
-                    {"robust.nees", score.nees / n},
-                    {"robust.gap_rms_mm", rms_mm(score.gap2, score.gaps)},
-                    {"paper.touch_f1", f1(score, &Decision::contours)},
-                    {"paper.false_contacts", false_contours},
-                    {"paper.axis_rms_deg", std::sqrt(score.axis2 / std::max(1, score.axes))},
-                    {"missed", score.missed},
-                    {"invented", score.invented},
-                    {"frame_ms_median", frame_ms},
-                    {"over_lower_bound", frame_ms / bound_ms}};
+  const nlohmann::json metrics{{"robust.centre_rms_mm", centre_rms},
+                               {"robust.centre_max_mm", 1e3 * score.centre_max},
+                               {"robust.radius_rms_mm", radius_rms},
+                               {"robust.touch_f1", f1(score, &Decision::fits)},
+                               {"robust.false_contacts", false_fits},
+                               {"robust.nees", score.nees / n},
+                               {"robust.gap_rms_mm", rms_mm(score.gap2, score.gaps)},
+                               {"paper.touch_f1", f1(score, &Decision::contours)},
+                               {"paper.false_contacts", false_contours},
+                               {"paper.axis_rms_deg", std::sqrt(score.axis2 / std::max(1, score.axes))},
+                               {"missed", score.missed},
+                               {"invented", score.invented},
+                               {"frame_ms_median", frame_ms},
+                               {"over_lower_bound", frame_ms / bound_ms}};
+  nlohmann::json goals;
   const auto goal = [&](const char* name, double value, double at_most) {
-    out["goals"][name] = {{"value", value}, {"goal", at_most}, {"met", value <= at_most}};
+    goals[name] = {{"value", value}, {"goal", at_most}, {"met", value <= at_most}};
   };
   goal("robust.centre_rms_mm", centre_rms, 0.3);
   goal("robust.centre_max_mm", 1e3 * score.centre_max, 1.0);
   goal("robust.radius_rms_mm", radius_rms, 0.3);
   goal("frame_ms_median", frame_ms, 10.0);
-  std::ofstream{options.json} << out.dump(2) << '\n';
+  const nlohmann::json args{{"n", options.n}, {"seed", options.seed}, {"brightness", options.brightness}};
+  bench::write_file(options.json, bench::report("perception", args, metrics, goals).dump(2) + "\n");
 }
 
 void run(const Options& options) {

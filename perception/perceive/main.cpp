@@ -1,0 +1,141 @@
+// breakshot-perceive: what perception sees in an image file.
+
+#include "common/config/camera_file.hpp"
+#include "perception/annotate.hpp"
+#include "perception/perceiver.hpp"
+#include "perception/perception_config.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace breakshot::perception {
+namespace {
+
+struct Options {
+  std::string image, depth, camera, config = "config/cell.yaml", json, annotated;
+  std::vector<std::string> overrides;
+};
+
+ColorFrame read_color(const std::string& file) {
+  const cv::Mat bgr = cv::imread(file, cv::IMREAD_UNCHANGED);
+  if (bgr.empty()) throw std::runtime_error(file + ": found no image that OpenCV can read; allowed are PNG, JPEG and the like");
+  if (bgr.type() != CV_8UC3) {
+    throw std::runtime_error(file + ": found " + std::to_string(bgr.channels()) + " channels of " + std::to_string(8 * bgr.elemSize1()) +
+                             " bits; allowed: 3 channels of 8 bits");
+  }
+  cv::Mat rgb;
+  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
+  return {1, Time{}, rgb.cols, rgb.rows, {rgb.datastart, rgb.dataend}};
+}
+
+// 16-bit grey, in 0.1 mm.
+DepthFrame read_depth(const std::string& file) {
+  const cv::Mat depth = cv::imread(file, cv::IMREAD_UNCHANGED);
+  if (depth.empty() || depth.type() != CV_16UC1)
+    throw std::runtime_error(file + ": found no 16-bit grey image; the depth is such a one, in 0.1 mm");
+  return {1, Time{}, depth.cols, depth.rows, {depth.begin<std::uint16_t>(), depth.end<std::uint16_t>()}};
+}
+
+void write_image(const std::string& file, ColorFrame& image) {
+  const cv::Mat rgb(image.height, image.width, CV_8UC3, image.rgb.data());
+  cv::Mat bgr;
+  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+  if (!cv::imwrite(file, bgr)) throw std::runtime_error(file + ": cannot be written");
+}
+
+nlohmann::json to_json(const Vector2& v) { return {v.x(), v.y()}; }
+
+nlohmann::json to_json(const Scene& scene, const std::vector<ColourRange>& colours) {
+  nlohmann::json out{{"quality", to_string(scene.quality)},
+                     {"text", scene.text},
+                     {"discs", nlohmann::json::array()},
+                     {"contacts", nlohmann::json::array()}};
+  for (const SceneDisc& disc : scene.discs) {
+    out["discs"].push_back({{"id", disc.id},
+                            {"colour", colours[disc.colour].name},
+                            {"p_WD_m", to_json(disc.p_WD)},
+                            {"covariance_m2", {to_json(disc.covariance.row(0)), to_json(disc.covariance.row(1))}},
+                            {"radius_m", disc.radius},
+                            {"radius_sigma_m", disc.radius_sigma},
+                            {"complete", disc.complete}});
+  }
+  for (const SceneContact& contact : scene.contacts) {
+    out["contacts"].push_back({{"between_ids", {scene.discs[contact.a].id, scene.discs[contact.b].id}},
+                               {"gap_m", contact.gap},
+                               {"p_touch", contact.p_touch},
+                               {"push_start_W_m", to_json(contact.push_start_W)},
+                               {"push_direction_W", to_json(contact.push_direction_W)},
+                               {"contour_length_m", contact.contour_length}});
+  }
+  const double gap = smallest_gap(scene);
+  out["smallest_gap_m"] = std::isfinite(gap) ? nlohmann::json(gap) : nlohmann::json();
+  return out;
+}
+
+int run(const Options& options) {
+  cv::setNumThreads(1);
+  const ConfigDocument document = load_cell_document(options.config, options.overrides);
+  const CellConfig cell = load_cell_config(document);
+  const PerceptionConfig config = load_perception_config(document, cell);
+  const CameraModel camera = load_camera(options.camera.empty() ? cell.camera_file : std::filesystem::path{options.camera});
+
+  ColorFrame color = read_color(options.image);
+  DepthFrame depth;
+  if (!options.depth.empty()) depth = read_depth(options.depth);
+  Perceiver perceiver{config.settings, camera};
+  const Scene scene = perceiver.process(color, options.depth.empty() ? nullptr : &depth);
+
+  const std::string text = to_json(scene, config.settings.colours).dump(2);
+  if (options.json.empty()) {
+    std::cout << text << '\n';
+  } else {
+    std::ofstream file{options.json};
+    file << text << '\n';
+    if (!file.flush()) throw std::runtime_error(options.json + ": cannot be written");
+  }
+  if (scene.quality != SceneQuality::kOk) {
+    std::cerr << "breakshot-perceive: " << options.image << ": " << to_string(scene.quality) << ": " << scene.text << '\n';
+    return 1;
+  }
+  if (!options.annotated.empty()) {
+    Annotation annotation;
+    annotation.workspace = cell.workspace;
+    annotation.disc_height = cell.disc_height;
+    annotation.striker_radius = cell.striker_radius;
+    annotation.target_gap = cell.target_gap;
+    ColorFrame drawn = annotate(color, scene, camera, annotation);
+    write_image(options.annotated, drawn);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace breakshot::perception
+
+int main(int argc, char** argv) {
+  breakshot::perception::Options options;
+  CLI::App app{"Prints the scene that perception sees in an image file, as JSON in world coordinates"};
+  app.add_option("--image", options.image, "PNG or JPEG from the camera")->required()->check(CLI::ExistingFile);
+  app.add_option("--depth", options.depth, "16-bit PNG in 0.1 mm, registered to the image")->check(CLI::ExistingFile);
+  app.add_option("--camera", options.camera, "calibration (default: the cell's)")->check(CLI::ExistingFile);
+  app.add_option("--config", options.config, "cell configuration")->capture_default_str()->check(CLI::ExistingFile);
+  app.add_option("--set", options.overrides, "section.key=value: override the configuration");
+  app.add_option("--json", options.json, "write the scene here instead of printing it");
+  app.add_option("--annotated", options.annotated, "write the image with the scene drawn on it here");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return breakshot::perception::run(options);
+  } catch (const std::exception& error) {
+    std::cerr << "breakshot-perceive: " << error.what() << '\n';
+    return 1;
+  }
+}
