@@ -79,7 +79,7 @@ void refuse_unasked(const ConfigValue& map) {
     if (std::find(map.asked.begin(), map.asked.end(), key) == map.asked.end()) {
       throw_config_error(value.place, value.key, "an unknown key", detail::list_names(map.asked, key));
     }
-    // A map that nobody looked into was left to another reader on purpose only if nobody asked for it, which the line above refuses.
+    // Down into maps and lists of maps, so that a reader who forgets finish() on a child leaves no hole.
     if (value.kind == Kind::kMap) refuse_unasked(value);
     if (value.kind == Kind::kList) {
       for (const ConfigValue& item : value.items) {
