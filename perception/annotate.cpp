@@ -15,7 +15,7 @@ namespace {
 
 // RGB.
 const cv::Scalar kWhite{255, 255, 255}, kInk{24, 27, 32}, kRed{255, 72, 66}, kAmber{255, 190, 60}, kGreen{96, 222, 128},
-    kBlue{90, 200, 255};
+    kBlue{90, 200, 255}, kPale{176, 196, 214};
 
 constexpr int kFraction = 4;            // bits of sub-pixel coordinates
 constexpr double kTouchDrawn = 0.5e-3;  // m: narrower gaps are drawn as contacts
@@ -38,15 +38,15 @@ class Canvas {
       : image_{image}, camera_{camera}, scene_{scene}, annotation_{annotation} {}
 
   void draw() {
+    const bool has_stroke = annotation_.stroke && annotation_.stroke->kind != StrokeKind::kPark;
     workspace();
-    if (annotation_.stroke && annotation_.stroke->kind != StrokeKind::kPark) swept_area();
-    for (const auto& contact : scene_.contacts) push_axis(contact);
     for (const auto& disc : scene_.discs) outline(disc);
+    if (has_stroke) swept_area();
     predictions();
-    if (annotation_.stroke && annotation_.stroke->kind != StrokeKind::kPark) stroke(*annotation_.stroke);
+    for (const auto& contact : scene_.contacts) push_axis(contact);
     gaps();
+    if (has_stroke) stroke(*annotation_.stroke);
     for (const auto& disc : scene_.discs) name(disc);
-    banner();
   }
 
  private:
@@ -94,22 +94,23 @@ class Canvas {
     }
   }
 
-  void shade(const cv::Rect& wanted, double opacity) {
-    const cv::Rect box = wanted & cv::Rect{{0, 0}, image_.size()};
-    if (box.empty()) return;
-    cv::Mat part = image_(box);
-    cv::addWeighted(part, 1.0 - opacity, cv::Mat(part.size(), part.type(), kInk), opacity, 0.0, part);
-  }
-
-  // A text centred at a place, on a dark label.
-  void label(const std::string& text, cv::Point2d at, double size, const cv::Scalar& colour) {
+  // A text on a dark label beside a place: `away` (a direction in the image) says on which side.
+  void label(const std::string& text, const cv::Point2d& place, const cv::Point2d& away, double size, const cv::Scalar& colour) {
+    constexpr int kPad = 4;
     int below = 0;
     const cv::Size extent = cv::getTextSize(text, kFont, size, 1, &below);
+    const double length = std::max(1e-9, std::hypot(away.x, away.y));
+    const double reach = 8.0 + kPad + (std::abs(away.x) * extent.width + std::abs(away.y) * extent.height) / (2.0 * length);
+    const cv::Point2d at = place + away * (reach / length);
     cv::Point corner{cvRound(at.x - extent.width / 2.0), cvRound(at.y + extent.height / 2.0)};
-    constexpr int kPad = 4;
     corner.x = std::clamp(corner.x, kPad, std::max(kPad, image_.cols - extent.width - kPad));
     corner.y = std::clamp(corner.y, extent.height + kPad, std::max(extent.height + kPad, image_.rows - kPad));
-    shade({corner.x - kPad, corner.y - extent.height - kPad, extent.width + 2 * kPad, extent.height + 2 * kPad}, 0.72);
+    const cv::Rect box{corner.x - kPad, corner.y - extent.height - kPad, extent.width + 2 * kPad, extent.height + 2 * kPad};
+    const cv::Rect visible = box & cv::Rect{{0, 0}, image_.size()};
+    if (!visible.empty()) {
+      cv::Mat part = image_(visible);
+      cv::addWeighted(part, 0.25, cv::Mat(part.size(), part.type(), kInk), 0.75, 0.0, part);
+    }
     cv::putText(image_, text, corner, kFont, size, colour, 1, cv::LINE_AA);
   }
 
@@ -142,10 +143,13 @@ class Canvas {
   }
 
   void push_axis(const SceneContact& contact) {
-    constexpr double kTail = 0.012;  // m before the contour begins, so that the arrow shows beside it
-    const Vector2 from = contact.push_start_W - kTail * contact.push_direction_W;
+    // Thin and without a seam: a rack has many, and the stroke that was chosen must stand out.
     const Vector2 to = contact.push_start_W + contact.contour_length * contact.push_direction_W;
-    arrow(on_top(from), on_top(to), kBlue, 1, 9.0);
+    cv::line(image_, fine(on_top(contact.push_start_W)), fine(on_top(to)), kWhite, 1, cv::LINE_AA, kFraction);
+    const Vector2 side = 0.004 * perpendicular(contact.push_direction_W);
+    const Vector2 neck = to - 0.007 * contact.push_direction_W;
+    const std::vector<cv::Point> tip{fine(on_top(to)), fine(on_top(neck + side)), fine(on_top(neck - side))};
+    cv::fillConvexPoly(image_, tip, kWhite, cv::LINE_AA, kFraction);
   }
 
   // Gaps of touching pairs and of pairs nearer than G; for a disc that has none of these, the gap to its nearest neighbour.
@@ -183,16 +187,15 @@ class Canvas {
     const cv::Point2d to = on_top(b.p_WD - b.radius * n_AB);
     if (gap < kTouchDrawn) {
       const cv::Point2d middle = (from + to) / 2.0;
-      cv::circle(image_, fine(middle), 6 << kFraction, kInk, cv::FILLED, cv::LINE_AA, kFraction);
-      cv::circle(image_, fine(middle), 4 << kFraction, kRed, cv::FILLED, cv::LINE_AA, kFraction);
+      cv::circle(image_, fine(middle), 5 << kFraction, kInk, cv::FILLED, cv::LINE_AA, kFraction);
+      cv::circle(image_, fine(middle), 3 << kFraction, kRed, cv::FILLED, cv::LINE_AA, kFraction);
       return;
     }
     const cv::Scalar& colour = gap < annotation_.target_gap ? kAmber : kGreen;
     line(from, to, colour, 2);
-    // Beside the gap, on the side that is higher in the image.
-    cv::Point2d side{-(to - from).y, (to - from).x};
-    side *= (side.y > 0.0 ? -1.0 : 1.0) / std::max(1e-9, std::hypot(side.x, side.y));
-    label(millimetres(gap, 1), (from + to) / 2.0 + 16.0 * side, 0.4, colour);
+    // Beside the gap, on the side that is farther to the right in the image.
+    const cv::Point2d side{-(to - from).y, (to - from).x};
+    label(millimetres(gap, 1), (from + to) / 2.0, side.x < 0.0 ? -side : side, 0.4, colour);
   }
 
   void predictions() {
@@ -237,15 +240,7 @@ class Canvas {
     } else {
       std::snprintf(text.data(), text.size(), "push %.0f mm", 1e3 * s.length);
     }
-    label(text.data(), on_top(from - 0.022 * s.direction_W), 0.5, kGreen);
-  }
-
-  void banner() {
-    if (annotation_.headline.empty()) return;
-    const int height = annotation_.detail.empty() ? 40 : 62;
-    shade({0, 0, image_.cols, height}, 0.78);
-    cv::putText(image_, annotation_.headline, {16, 27}, kFont, 0.7, kWhite, 1, cv::LINE_AA);
-    if (!annotation_.detail.empty()) cv::putText(image_, annotation_.detail, {16, 51}, kFont, 0.5, kBlue, 1, cv::LINE_AA);
+    label(text.data(), on_top(from - annotation_.striker_radius * s.direction_W), on_top(from) - on_top(from + s.direction_W), 0.5, kGreen);
   }
 
   cv::Mat3b& image_;
@@ -262,9 +257,18 @@ ColorFrame annotate(const ColorFrame& image, const Scene& scene, const CameraMod
     throw std::invalid_argument("annotate: found an image of " + std::to_string(image.width) + " x " + std::to_string(image.height) +
                                 " px; the camera has " + std::to_string(camera.width) + " x " + std::to_string(camera.height));
   }
-  ColorFrame out = image;
+  const int banner = annotation.headline.empty() ? 0 : annotation.detail.empty() ? 42 : 66;
+  ColorFrame out{image.seq, image.exposed, image.width, image.height + banner, {}};
+  out.rgb.resize(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height) * 3);
   cv::Mat3b pixels(out.height, out.width, reinterpret_cast<cv::Vec3b*>(out.rgb.data()));
-  Canvas{pixels, camera, scene, annotation}.draw();
+  cv::Mat3b picture = pixels.rowRange(banner, out.height);
+  std::copy(image.rgb.begin(), image.rgb.end(), picture.data);
+  Canvas{picture, camera, scene, annotation}.draw();
+  if (banner > 0) {
+    pixels.rowRange(0, banner).setTo(kInk);
+    cv::putText(pixels, annotation.headline, {16, 28}, kFont, 0.7, kWhite, 1, cv::LINE_AA);
+    cv::putText(pixels, annotation.detail, {16, 54}, kFont, 0.5, kPale, 1, cv::LINE_AA);
+  }
   return out;
 }
 
