@@ -57,7 +57,7 @@ std::string LaunchFailure::text() const {
   return result;
 }
 
-ProcessGroup::ProcessGroup(std::vector<ProcessSpec> specs, LogSink sink) : wake_fd_{make_eventfd()}, failure_fd_{make_eventfd()} {
+ProcessGroup::ProcessGroup(std::vector<ProcessSpec> specs, const LogSink& sink) : wake_fd_{make_eventfd()}, failure_fd_{make_eventfd()} {
   for (ProcessSpec& spec : in_start_order(std::move(specs)))
     processes_.push_back(std::make_unique<SupervisedProcess>(std::move(spec), sink));
   // Every process is spawned by this thread: the kernel ends a child with the thread that forked it (see ChildProcess).

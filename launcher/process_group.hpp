@@ -36,7 +36,7 @@ class ProcessGroup {
  public:
   /// @param sink  called for each line of output; may be empty
   /// @throws std::invalid_argument for two processes of one name, or an `after` that names no process or goes in a circle
-  explicit ProcessGroup(std::vector<ProcessSpec> specs, LogSink sink = {});
+  explicit ProcessGroup(std::vector<ProcessSpec> specs, const LogSink& sink = {});
   /// Stops everything.
   ~ProcessGroup();
   ProcessGroup(const ProcessGroup&) = delete;

@@ -81,7 +81,7 @@ class Session {
     std::thread starter{[&] {
       auto result = group_->start();
       const std::scoped_lock lock{mutex};
-      if (!result) failure = std::move(result.error());
+      if (!result) failure = result.error();
       done = true;
     }};
     while (true) {
