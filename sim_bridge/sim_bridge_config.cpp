@@ -1,5 +1,7 @@
 #include "sim_bridge/sim_bridge_config.hpp"
 
+#include "sim_bridge/camera/camera_config.hpp"
+
 #include <limits>
 
 namespace breakshot::sim_bridge {
@@ -37,21 +39,6 @@ DriveSettings load_drives(const ConfigNode& node) {
   drives.rotor_inertia = node.number("rotor_inertia", {1e-3, 10.0}, "kg m^2");
   drives.brake_deceleration = node.number("brake_deceleration", {1.0, 100.0}, "rad/s^2");
   return drives;
-}
-
-CameraSettings load_camera_settings(const ConfigNode& node, const CellConfig& cell) {
-  CameraSettings camera;
-  camera.table.size = cell.table_size;
-  camera.noise.enabled = node.flag("noise");
-  camera.seed = seed(node, "seed");
-  camera.exposure.brightness = node.number("brightness", {0.0, kMaxBrightness}, "");
-  camera.light.shadows = node.flag("shadows");
-  camera.palette.clear();
-  for (const Colour& colour : cell.colours) {
-    camera.palette.push_back({static_cast<float>(colour.rgb[0]) / 255.0F, static_cast<float>(colour.rgb[1]) / 255.0F,
-                              static_cast<float>(colour.rgb[2]) / 255.0F});
-  }
-  return camera;
 }
 
 }  // namespace

@@ -17,6 +17,10 @@
 namespace breakshot::sim_bridge {
 namespace {
 
+/// Discs must be well below the camera: rays are followed from the plane of the top to the table.
+constexpr double kMaxDiscHeight = 0.10;    // m
+constexpr double kMinCameraHeight = 0.15;  // m
+
 /// What is drawn of one link, ready to be placed.
 struct LinkVisual {
   Solid solid;  ///< in S
@@ -53,6 +57,10 @@ class Camera::Implementation {
         drawn_{model.width, model.height},
         background_{model.width, model.height},
         image_{model.width, model.height} {
+    if (!(model.X_WC.translation().z() >= kMinCameraHeight)) {
+      throw CameraError{"camera: height over the table: found " + std::to_string(model.X_WC.translation().z()) + " m; allowed from " +
+                        std::to_string(kMinCameraHeight) + " m"};
+    }
     sensor_.set_exposure(settings.exposure);
     for (const LinkDescription& link : arm.links) links_.push_back(make_visuals(link));
     draw_background(make_visuals(arm.base), X_WB);
@@ -80,6 +88,13 @@ class Camera::Implementation {
       if (disc.colour >= settings_.palette.size()) {
         throw CameraError{"camera: a disc has colour " + std::to_string(disc.colour) + "; the palette has " +
                           std::to_string(settings_.palette.size()) + " colours"};
+      }
+      const bool drawable =
+          disc.p_WD.allFinite() && disc.radius > 0.0 && disc.radius < 1.0 && disc.height > 0.0 && disc.height <= kMaxDiscHeight;
+      if (!drawable) {
+        throw CameraError{"camera: a disc at (" + std::to_string(disc.p_WD.x()) + ", " + std::to_string(disc.p_WD.y()) + ") with radius " +
+                          std::to_string(disc.radius) + " and height " + std::to_string(disc.height) +
+                          " m; allowed are finite places, radii up to 1 m and heights up to " + std::to_string(kMaxDiscHeight) + " m"};
       }
     }
     if (rgb.size() != image_.rgb.size() || depth.size() != image_.depth.size()) {

@@ -19,10 +19,12 @@ class CameraError : public std::runtime_error {
 
 /// One area light (a softbox far away) and the light that comes from everywhere.
 struct LightSettings {
-  Vector3 towards_W{-0.45, 0.35, 1.0};  ///< direction from the table to the light; any length, z > 0
-  double angular_radius = 0.09;         ///< half of the angle under which the softbox appears: how soft its shadows are, rad
-  double ambient = 0.45;                ///< share of the light that comes from everywhere, 0 to 1
-  bool shadows = true;                  ///< cast shadows of discs and arm, and the darkening where a disc meets the table
+  Vector3 towards_W{
+      0.45, 0.35,
+      1.0};  ///< direction from the table to the light, any length; here the arm, which stands at -x, does not shade the workspace
+  double angular_radius = 0.09;  ///< half of the angle under which the softbox appears: how soft its shadows are, rad
+  double ambient = 0.45;         ///< share of the light that comes from everywhere, 0 to 1
+  bool shadows = true;           ///< cast shadows of discs and arm, and the darkening where a disc meets the table
 };
 
 /// A rectangular table top around the origin of W, its upper face in z = 0, and the floor below it.

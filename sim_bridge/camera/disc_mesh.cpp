@@ -2,6 +2,8 @@
 
 #include "sim_bridge/camera/table_patch.hpp"
 
+#include <algorithm>
+
 namespace breakshot::sim_bridge {
 namespace {
 
@@ -18,8 +20,9 @@ void DiscMesh::add(const DiscState& disc, const Rgb& rgb, const Projector& proje
   const double top_radius = stretch * disc.radius;
   TablePatch patch;
   patch.x_axis = shift.norm() > 1e-9 ? Vector2{shift.normalized()} : Vector2{Vector2::UnitX()};
-  patch.origin = disc.p_WD - disc.radius * patch.x_axis - top_radius * perpendicular(patch.x_axis);
-  patch.size = {disc.radius + shift.norm() + top_radius, 2.0 * top_radius};
+  const double back = std::max(disc.radius, top_radius - shift.norm());  // a disc below the camera is all top
+  patch.origin = disc.p_WD - back * patch.x_axis - top_radius * perpendicular(patch.x_axis);
+  patch.size = {back + shift.norm() + top_radius, 2.0 * top_radius};
   patch.cells = visibility ? kCellsShaded : projector.distorted() ? kCellsDistorted : kCellsPlain;
   patch.mark(projector, tiles);
 
