@@ -14,7 +14,7 @@ class ArmClearance {
   ArmClearance(const ArmDescription& arm, const kinematics::ArmKinematics& kinematics, double striker_radius);
 
   struct Heights {
-    double tip;    ///< lowest point of the striker's lower face, m above the table
+    double tip;  ///< lowest point of the striker's lower face, m above the table
     /// Lowest point of the links, m. Not counted: the first link, whose height never changes, and the striker, whose lowest point is `tip`.
     double links;
   };

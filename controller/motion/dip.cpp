@@ -42,31 +42,63 @@ Dip::Tip Dip::at(double t) const noexcept {
   return {{p.x(), p.y(), low + height}, {v.x(), v.y(), climb}};
 }
 
-Use use_of(const Dip& dip, const TipTracker& tracker, const JointLimits& limits, const JointVector& q0, double to, double step) noexcept {
-  Use use;
+DipUse use_of(const Dip& dip, const TipTracker& tracker, const JointLimits& limits, const JointVector& q0, double to,
+              double step) noexcept {
+  /// Beyond this ratio to a limit nobody asks by how much.
+  constexpr double kHopeless = 4.0;
+  DipUse use;
   const int n = std::max(2, static_cast<int>(std::ceil(std::abs(to) / step)));
   const double h = to / n;  // negative when going back in time: derivatives keep their meaning
   JointVector q = q0;
-  JointVector qd_last, qdd_last;
-  // One step beyond either end, so that acceleration is known at the ends too.
+  JointVector qd = JointVector::Zero(q.size());
+  JointVector qdd = JointVector::Zero(q.size());
+  // One step beyond the end, from which the acceleration there follows.
   for (int k = 0; k <= n + 1; ++k) {
     const Dip::Tip tip = dip.at(k * h);
-    if (!tracker.follow(tip.p_WT, dip.axis_W, q) || (q.array() < limits.lower.array()).any() || (q.array() > limits.upper.array()).any()) {
-      use.reachable = false;
-      return use;
-    }
-    const JointVector qd = tracker.joint_speed(q, tip.v_WT_W);
-    use.speed = std::max(use.speed, (qd.array() / limits.speed.array()).abs().maxCoeff());
+    const JointVector qd_last = qd;
+    if (k > 0) q += h * qd + 0.5 * h * h * qdd;
+    if (!tracker.follow(tip.p_WT, tip.v_WT_W, dip.axis_W, q, qd)) return use;
+    if (k <= n && ((q.array() < limits.lower.array()).any() || (q.array() > limits.upper.array()).any())) return use;
+    if (k <= n) use.speed = std::max(use.speed, (qd.array() / limits.speed.array()).abs().maxCoeff());
     if (k >= 1) {
-      const JointVector qdd = (qd - qd_last) / h;
+      const JointVector qdd_last = qdd;
+      qdd = (qd - qd_last) / h;
       use.acceleration = std::max(use.acceleration, qdd.cwiseAbs().maxCoeff() / limits.acceleration);
       if (k >= 2) use.jerk = std::max(use.jerk, (qdd - qdd_last).cwiseAbs().maxCoeff() / (std::abs(h) * limits.jerk));
-      qdd_last = qdd;
+      if (k == n + 1) use.end.qdd = 0.5 * (qdd + qdd_last);
     }
-    qd_last = qd;
-    if (use.speed > 1.0 || use.worst() > 4.0) return use;
+    if (k == n) {
+      use.end.q = q;
+      use.end.qd = qd;
+    }
+    if (std::max({use.speed, use.acceleration, use.jerk}) > kHopeless) break;
   }
+  use.reachable = true;
   return use;
+}
+
+bool sample(const Dip& dip, const TipTracker& tracker, const JointVector& q0, int first, int last, double tick,
+            std::vector<MotionState>& states) {
+  // One tick more at either end, from which the acceleration at the ends follows.
+  const auto at = [&](int k) -> MotionState& { return states[static_cast<std::size_t>(k - first + 1)]; };
+  states.resize(static_cast<std::size_t>(last - first + 3));
+  for (const int direction : {-1, 1}) {
+    JointVector q = q0;
+    JointVector qd = JointVector::Zero(q.size());
+    JointVector qd_last = qd;
+    for (int k = 0; k >= first - 1 && k <= last + 1; k += direction) {
+      const Dip::Tip tip = dip.at(k * tick);
+      // The mean speed until the next tick, from this one's and the last one's.
+      q += direction * tick * (1.5 * qd - 0.5 * qd_last);
+      qd_last = qd;
+      if (!tracker.follow(tip.p_WT, tip.v_WT_W, dip.axis_W, q, qd)) return false;
+      at(k) = {q, qd, JointVector::Zero(q.size())};
+    }
+  }
+  for (int k = first; k <= last; ++k) at(k).qdd = (at(k + 1).qd - at(k - 1).qd) / (2.0 * tick);
+  states.erase(states.begin());
+  states.pop_back();
+  return true;
 }
 
 }  // namespace breakshot::motion

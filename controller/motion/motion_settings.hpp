@@ -17,16 +17,19 @@ struct MotionSettings {
   double max_length = 0.80;        ///< of a push, m
   StopLimits stop;
 
-  Rect striker_area{{-0.45, -0.45}, {0.45, 0.45}};  ///< the striker's axis stays in here while the tip is low, W, m
-  double striker_radius = 0.010;   ///< m
-  double tip_height = 0.008;       ///< of the tip above the table while it strokes, m
-  double disc_height = 0.020;      ///< m
-  double clearance = 0.010;        ///< of the tip over the disc tops outside a stroke, m
-  double link_clearance = 0.010;   ///< of every link above the table, m
+  /// The striker's axis stays in here while the tip is low: the table (1.4 m x 1.2 m) less 50 mm, W, m.
+  Rect striker_area{{-0.65, -0.55}, {0.65, 0.55}};
+  double striker_radius = 0.010;  ///< m
+  double tip_height = 0.008;      ///< of the tip above the table while it strokes, m
+  double disc_height = 0.020;     ///< m
+  double clearance = 0.010;       ///< of the tip over the disc tops outside a stroke, m
+  double link_clearance = 0.010;  ///< of every link above the table, m
   /// How far the tip may be above tip_height while it runs in: it still meets the disc's side wall, m.
   double run_in_band = 0.004;
+  /// Way before a hit's run-in on which the striker may be below the disc tops while it comes down; more is avoided, not excluded, m.
+  double descent = 0.050;
 
-  JointVector park;                ///< rad; as many entries as the arm has joints
+  JointVector park;  ///< rad; as many entries as the arm has joints
   Duration tick = std::chrono::milliseconds{1};
 
   /// Height of the tip at and above which it passes over discs, m.

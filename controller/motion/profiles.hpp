@@ -5,50 +5,63 @@
 
 namespace breakshot::motion {
 
-/// A change of speed from v0 to v1 with bounded acceleration and jerk, in the shortest time; v1 from then on.
+/// A change of speed to v1 with bounded acceleration and jerk, in the shortest time; v1 from then on.
 class SpeedRamp {
  public:
   SpeedRamp() = default;
-  /// @param acceleration, jerk  > 0
-  SpeedRamp(double v0, double v1, double acceleration, double jerk) noexcept : v0_{v0}, v1_{v1} {
-    const double change = std::abs(v1 - v0);
-    if (change >= acceleration * acceleration / jerk) {
-      jerk_time_ = acceleration / jerk;
-      flat_time_ = change / acceleration - jerk_time_;
-    } else {
-      jerk_time_ = std::sqrt(change / jerk);
+  /// No change.
+  explicit SpeedRamp(double v) noexcept : v0_{v}, v1_{v} {}
+  /// From v0, where the acceleration is a0 already.
+  /// @param acceleration  > 0 and at least |a0|
+  /// @param jerk          > 0
+  SpeedRamp(double v0, double a0, double v1, double acceleration, double jerk) noexcept : v0_{v0}, a0_{a0}, v1_{v1} {
+    // Up or down, seen from the speed that letting go of a0 leads to.
+    const double up = v1 >= v0 + 0.5 * a0 * std::abs(a0) / jerk ? 1.0 : -1.0;
+    jerk_ = up * jerk;
+    const double start = up * a0;
+    const double change = up * (v1 - v0);
+    double peak = std::sqrt(std::max(0.0, jerk * change + 0.5 * start * start));
+    if (peak > acceleration) {
+      peak = acceleration;
+      flat_time_ = (change - (peak * peak - 0.5 * start * start) / jerk) / peak;
     }
-    jerk_ = v1 >= v0 ? jerk : -jerk;
+    build_time_ = std::max(0.0, (peak - start) / jerk);
+    end_time_ = peak / jerk;
   }
 
-  double duration() const noexcept { return 2.0 * jerk_time_ + flat_time_; }
-  /// Way from the start to the end of the change. The profile is symmetric, so its mean speed is the middle one.
-  double length() const noexcept { return 0.5 * (v0_ + v1_) * duration(); }
+  double duration() const noexcept { return build_time_ + flat_time_ + end_time_; }
+  double length() const noexcept { return position(duration()); }
 
   double speed(double t) const noexcept {
-    t = std::clamp(t, 0.0, duration());
+    if (t <= 0.0) return v0_;
     const double rest = duration() - t;
-    if (t < jerk_time_) return v0_ + 0.5 * jerk_ * t * t;
-    if (rest < jerk_time_) return v1_ - 0.5 * jerk_ * rest * rest;
-    return v0_ + jerk_ * jerk_time_ * (t - 0.5 * jerk_time_);
+    if (rest <= 0.0) return v1_;
+    if (rest < end_time_) return v1_ - 0.5 * jerk_ * rest * rest;
+    const double b = std::min(t, build_time_);
+    return v0_ + a0_ * b + 0.5 * jerk_ * b * b + (a0_ + jerk_ * build_time_) * (t - b);
   }
 
   double position(double t) const noexcept {
     if (t <= 0.0) return v0_ * t;
-    const double rest = duration() - t;
-    if (rest <= 0.0) return length() - v1_ * rest;
-    if (t < jerk_time_) return v0_ * t + jerk_ * t * t * t / 6.0;
-    if (rest < jerk_time_) return length() - v1_ * rest + jerk_ * rest * rest * rest / 6.0;
-    const double y = t - jerk_time_;
-    const double at_flat = v0_ * jerk_time_ + jerk_ * jerk_time_ * jerk_time_ * jerk_time_ / 6.0;
-    return at_flat + (v0_ + 0.5 * jerk_ * jerk_time_ * jerk_time_) * y + 0.5 * jerk_ * jerk_time_ * y * y;
+    const double b = std::min(t, build_time_);
+    double way = v0_ * b + 0.5 * a0_ * b * b + jerk_ * b * b * b / 6.0;
+    if (t <= build_time_) return way;
+    const double v = v0_ + a0_ * b + 0.5 * jerk_ * b * b;
+    const double a = a0_ + jerk_ * b;
+    const double f = std::min(t - build_time_, flat_time_);
+    way += v * f + 0.5 * a * f * f;
+    if (t <= build_time_ + flat_time_) return way;
+    const double e = std::min(t - build_time_ - flat_time_, end_time_);
+    way += (v + a * f) * e + 0.5 * a * e * e - jerk_ * e * e * e / 6.0;
+    return way + v1_ * (t - build_time_ - flat_time_ - e);
   }
 
  private:
-  double v0_ = 0.0, v1_ = 0.0;
-  double jerk_ = 0.0;       ///< signed
-  double jerk_time_ = 0.0;  ///< of each of the two phases in which acceleration changes
-  double flat_time_ = 0.0;  ///< of the phase of constant acceleration between them
+  double v0_ = 0.0, a0_ = 0.0, v1_ = 0.0;
+  double jerk_ = 0.0;        ///< signed
+  double build_time_ = 0.0;  ///< acceleration goes from a0 to its peak
+  double flat_time_ = 0.0;   ///< stays there
+  double end_time_ = 0.0;    ///< and returns to 0
 };
 
 /// Rising from rest with constant acceleration, which is either there from the start or built up at the given jerk.
@@ -58,6 +71,7 @@ class Rise {
   Rise(double acceleration, double jerk, bool starts_accelerated) noexcept
       : acceleration_{acceleration}, jerk_{jerk}, jerk_time_{starts_accelerated ? 0.0 : acceleration / jerk} {}
 
+  bool starts_accelerated() const noexcept { return jerk_time_ == 0.0; }
   double height(double t) const noexcept {
     if (t <= 0.0) return 0.0;
     if (t < jerk_time_) return jerk_ * t * t * t / 6.0;

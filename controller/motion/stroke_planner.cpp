@@ -106,7 +106,8 @@ Result<StrokeTimes, Refusal> StrokePlanner::estimate(const StrokeRequest& asked,
   return Refusal{reached ? RefusalReason::kTooFast : RefusalReason::kUnreachable, 0.0, "no way found within the limits"};
 }
 
-std::optional<StrokeTimes> StrokePlanner::try_plan(const StrokeRequest& request, const JointVector& q_start, bool first_found, Trajectory& out) {
+std::optional<StrokeTimes> StrokePlanner::try_plan(const StrokeRequest& request, const JointVector& q_start, bool first_found,
+                                                   Trajectory& out) {
   for (const double share : kDipShares) {
     const auto way = search_.find(request, q_start, share, first_found);
     if (!way) return std::nullopt;
@@ -186,9 +187,10 @@ bool StrokePlanner::assemble(const StrokeRequest& request, const StrokeWay& way,
 
   MotionState state = MotionState::at_rest(q_start);
   if (way.lift) {
-    if (!search_.sample(*way.lift, way.q_lift, 0, search_.last_tick(*way.lift), states_)) return false;
+    if (!sample(*way.lift, search_.tracker(), way.q_lift, 0, search_.last_tick(*way.lift), tick, states_)) return false;
     states_.front() = state;
-    if (!append_dip(*way.lift, 0, [&](const Dip&, double) { return way.dip ? StrokePhase::kTransit : StrokePhase::kRetreat; })) return false;
+    if (!append_dip(*way.lift, 0, [&](const Dip&, double) { return way.dip ? StrokePhase::kTransit : StrokePhase::kRetreat; }))
+      return false;
     state = states_.back();
     low_from_ = 0;
     low_to_ = out.size;
@@ -196,7 +198,7 @@ bool StrokePlanner::assemble(const StrokeRequest& request, const StrokeWay& way,
   if (way.dip) {
     const Dip& dip = *way.dip;
     const int first = search_.first_tick(dip);
-    if (!search_.sample(dip, way.q_dip, first, search_.last_tick(dip), states_)) return false;
+    if (!sample(dip, search_.tracker(), way.q_dip, first, search_.last_tick(dip), tick, states_)) return false;
     if (!append_transit(state, states_.front(), StrokePhase::kTransit, out)) return false;
     if (!way.lift) low_from_ = out.size;
     out.contact_tick = out.size + static_cast<std::size_t>(-first);
@@ -231,12 +233,15 @@ bool StrokePlanner::keeps_limits(const Trajectory& trajectory) const {
 
 Refusal StrokePlanner::refuse(const StrokeRequest& request, const JointVector& q_start, SearchStage stage, Trajectory& out) {
   if (too_long_) {
-    return {RefusalReason::kTooLong, 0.0, text("the stroke takes longer than %.1f s", static_cast<double>(Trajectory::kCapacity) * to_seconds(settings_.tick))};
+    return {RefusalReason::kTooLong, 0.0,
+            text("the stroke takes longer than %.1f s", static_cast<double>(Trajectory::kCapacity) * to_seconds(settings_.tick))};
   }
-  if (request.kind == StrokeKind::kPark) return {RefusalReason::kJointLimit, 0.0, "no clear way to the park pose within the joints' limits"};
+  if (request.kind == StrokeKind::kPark)
+    return {RefusalReason::kJointLimit, 0.0, "no clear way to the park pose within the joints' limits"};
   const double x = request.p_WS.x();
   const double y = request.p_WS.y();
-  if (stage == SearchStage::kReach) return {RefusalReason::kUnreachable, 0.0, text("no joint positions put the striker at (%.3f, %.3f) m", x, y)};
+  if (stage == SearchStage::kReach)
+    return {RefusalReason::kUnreachable, 0.0, text("no joint positions put the striker at (%.3f, %.3f) m", x, y)};
 
   StrokeRequest slower = request;
   const auto accepted = [&](double speed) {
@@ -252,14 +257,16 @@ Refusal StrokePlanner::refuse(const StrokeRequest& request, const JointVector& q
   // Plans are not strictly better the slower they are; what is promised is tried.
   for (double speed = low; speed >= kSlowestStroke; speed *= 0.9) {
     if (accepted(0.99 * speed) && accepted(speed)) {
-      return {RefusalReason::kTooFast, speed, text("%s at (%.3f, %.3f) m along (%.3f, %.3f): %.3f m/s asked, %.3f m/s attainable",
-                                                   to_string(request.kind), x, y, request.direction_W.x(), request.direction_W.y(),
-                                                   request.speed, speed)};
+      return {RefusalReason::kTooFast, speed,
+              text("%s at (%.3f, %.3f) m along (%.3f, %.3f): %.3f m/s asked, %.3f m/s attainable", to_string(request.kind), x, y,
+                   request.direction_W.x(), request.direction_W.y(), request.speed, speed)};
     }
   }
-  if (stage == SearchStage::kArea) return {RefusalReason::kOutOfBounds, 0.0, text("the run-in to (%.3f, %.3f) m leaves the striker's area", x, y)};
-  return {RefusalReason::kJointLimit, 0.0, text("%s at (%.3f, %.3f) m along (%.3f, %.3f): no way within the joints' limits at any speed",
-                                                to_string(request.kind), x, y, request.direction_W.x(), request.direction_W.y())};
+  if (stage == SearchStage::kArea)
+    return {RefusalReason::kOutOfBounds, 0.0, text("the run-in to (%.3f, %.3f) m leaves the striker's area", x, y)};
+  return {RefusalReason::kJointLimit, 0.0,
+          text("%s at (%.3f, %.3f) m along (%.3f, %.3f): no way within the joints' limits at any speed", to_string(request.kind), x, y,
+               request.direction_W.x(), request.direction_W.y())};
 }
 
 }  // namespace breakshot::motion

@@ -27,13 +27,13 @@ struct Refusal {
 
 /// A planned stroke in figures.
 struct StrokeTimes {
-  Duration contact{};       ///< from the first motion to p_WS; zero for a park
-  Duration total{};         ///< from the first motion to rest
+  Duration contact{};  ///< from the first motion to p_WS; zero for a park
+  Duration total{};    ///< from the first motion to rest
   /// The corridor that other discs should leave free: seen from above, along the line through p_WS, the striker is below the disc tops from
   /// low_before metres before p_WS to low_after metres past it (a push: past the end of its line).
   double low_before = 0.0;
   double low_after = 0.0;
-  Duration low_time{};      ///< how long the striker is below the disc tops after p_WS (a push: after the end of its line)
+  Duration low_time{};  ///< how long the striker is below the disc tops after p_WS (a push: after the end of its line)
 };
 
 /// Turns stroke requests into checked trajectories.
@@ -81,9 +81,9 @@ class StrokePlanner {
   kinematics::InverseKinematics ik_;
   ArmClearance clearance_;
   StrokeSearch search_;
-  std::vector<MotionState> states_;   ///< scratch
+  std::vector<MotionState> states_;        ///< scratch
   std::size_t low_from_ = 0, low_to_ = 0;  ///< ticks of the trajectory in which the tip may be low
-  bool too_long_ = false;             ///< the last assemble() ran out of ticks
+  bool too_long_ = false;                  ///< the last assemble() ran out of ticks
 };
 
 }  // namespace breakshot::motion

@@ -12,21 +12,30 @@ namespace {
 /// Distance in time of the samples on which the search decides, s.
 constexpr double kDipStep = 0.004;
 constexpr double kTransitStep = 0.010;
+/// Longest that a hit may take from the safe height to the contact, s.
+constexpr double kLongestApproach = 2.0;
 /// Most samples of a dip on one side of time 0; long pushes are slow, so their samples stay a few millimetres apart.
 constexpr int kMostSamples = 120;
 /// How much lower than allowed a transit may seem between its samples before it counts as too low, m. A tenth of the clearance.
 constexpr double kHeightTolerance = 0.001;
 
-/// Shares of the joints' acceleration and jerk for the vertical and the horizontal motion of a dip. With nothing for the horizontal one the speed
-/// is constant while the tip is low and all the rest happens in the transits.
-struct Shares {
-  double vertical, horizontal;
-};
-constexpr std::array kShares{Shares{0.9, 0.0}, Shares{0.5, 0.45}};
-/// What is tried of them, most first.
-constexpr std::array kScales{1.0, 0.75, 0.55, 0.4, 0.25, 0.12};
-/// Tip speed where the tip leaves the safe height, by the speed at contact.
-constexpr std::array kEntrySpeeds{0.5, 0.0};
+/// Shares of the joints' acceleration and jerk that the vertical motion of a dip may take, most first: the less, the longer the striker is low, but
+/// the more is left for what the line itself asks of the joints.
+constexpr std::array kClimbShares{0.9, 0.65, 0.45, 0.3, 0.2, 0.12};
+/// Tip speeds at which a hit's tip leaves the safe height, relative to the speed at contact. At 1 all of the acceleration is the transit's;
+/// at 0 the tip comes straight down and all of it is the run-in's, which takes least room.
+constexpr std::array kEntrySpeeds{1.0, 0.6, 0.3, 0.0};
+/// How often the acceleration along the line is cut, and to what, when a dip asks too much of the joints.
+constexpr int kCuts = 3;
+constexpr double kCut = 0.6;
+/// No tip accelerates more, m/s^2: stands for "no limit".
+constexpr double kMostAcceleration = 50.0;
+/// Least acceleration along the line that is worth a try, m/s^2.
+constexpr double kLeastAcceleration = 0.3;
+/// What a metre of low corridor counts for in time, s/m. Past the contact: discs that are met twice cost strokes. Before the run-in, beyond
+/// MotionSettings::descent: whoever asks keeps no more than that free of other discs.
+constexpr double kFollowThroughCost = 1.0;
+constexpr double kDescentCost = 10.0;
 /// Rolls of the striker that are tried when the last joint does not turn about the rod.
 constexpr int kRolls = 8;
 
@@ -102,32 +111,14 @@ double StrokeSearch::speed_bound(const Vector2& p_WS, const Vector2& direction_W
 int StrokeSearch::first_tick(const Dip& dip) const noexcept { return static_cast<int>(std::floor(dip.begin / tick_)); }
 int StrokeSearch::last_tick(const Dip& dip) const noexcept { return static_cast<int>(std::ceil(dip.end / tick_)); }
 
-bool StrokeSearch::sample(const Dip& dip, const JointVector& q0, int first, int last, std::vector<MotionState>& states) const {
-  // One tick more at either end, from which the acceleration at the ends follows.
-  const auto at = [&](int k) -> MotionState& { return states[static_cast<std::size_t>(k - first + 1)]; };
-  states.resize(static_cast<std::size_t>(last - first + 3));
-  for (const int direction : {-1, 1}) {
-    JointVector q = q0;
-    for (int k = direction < 0 ? 0 : 1; direction < 0 ? k >= first - 1 : k <= last + 1; k += direction) {
-      const Dip::Tip tip = dip.at(k * tick_);
-      if (!tracker_.follow(tip.p_WT, dip.axis_W, q)) return false;
-      if (k <= last + 1 && k >= first - 1) at(k) = {q, tracker_.joint_speed(q, tip.v_WT_W), JointVector::Zero(q.size())};
-    }
-  }
-  for (int k = first; k <= last; ++k) at(k).qdd = (at(k + 1).qd - at(k - 1).qd) / (2.0 * tick_);
-  states.erase(states.begin());
-  states.pop_back();
-  return true;
-}
-
-bool StrokeSearch::in_area(const Dip& dip, double from, double to) const noexcept {
-  return settings_->striker_area.contains(dip.p_WS + dip.way(from) * dip.direction_W) &&
-         settings_->striker_area.contains(dip.p_WS + dip.way(to) * dip.direction_W);
+bool StrokeSearch::in_area(const Dip& dip, double t) const noexcept {
+  return settings_->striker_area.contains(dip.p_WS + dip.way(t) * dip.direction_W);
 }
 
 std::optional<StrokeWay> StrokeSearch::find(const StrokeRequest& request, const JointVector& q_start, double share, bool first_found) {
   stage_ = SearchStage::kReach;
   best_.reset();
+  best_cost_ = std::numeric_limits<double>::infinity();
   StrokeWay start;
   MotionState from = MotionState::at_rest(q_start);
   if (clearance_->heights(q_start).tip < settings_->safe_height() - kHeightTolerance && !find_lift(q_start, share, start, from)) {
@@ -135,16 +126,24 @@ std::optional<StrokeWay> StrokeSearch::find(const StrokeRequest& request, const 
     return std::nullopt;
   }
   if (request.kind == StrokeKind::kPark) {
+    reached(SearchStage::kTransit);
+    if (!transit_.plan(from, MotionState::at_rest(settings_->park)) || !transit_is_clear()) return std::nullopt;
     start.q_end = settings_->park;
-    try_transits(request, start, from);
-    return best_;
+    start.duration += transit_.duration();
+    return start;
   }
+  const Vector3 direction_W{request.direction_W.x(), request.direction_W.y(), 0.0};
   for (const JointVector& q : branches(request.p_WS, q_start)) {
     if (clearance_->heights(q).links < settings_->link_clearance) continue;
+    const Branch branch{q, tracker_.joint_speed(q, direction_W), tracker_.joint_speed(q, Vector3::UnitZ()),
+                        bend(q, request.speed * direction_W)};
+    reached(SearchStage::kSpeed);
+    if (((request.speed * branch.per_way).cwiseAbs().array() > limits_.speed.array()).any()) continue;
+    reached(SearchStage::kArea);
     if (request.kind == StrokeKind::kHit) {
-      try_hit(request, q, share, start, from);
+      try_hit(request, branch, share, start, from);
     } else {
-      try_push(request, q, share, start, from);
+      try_push(request, branch, share, start, from);
     }
     if (best_ && first_found) break;
   }
@@ -157,165 +156,257 @@ bool StrokeSearch::find_lift(const JointVector& q_start, double share, StrokeWay
   lift.p_WS = X_WT.translation().head<2>();
   lift.axis_W = X_WT.linear().col(2);
   lift.low = X_WT.translation().z();
-  const double height = settings_->safe_height() + (lift.low - clearance_->heights(q_start).tip) - lift.low;
+  const double height = settings_->safe_height() - clearance_->heights(q_start).tip;
   const JointVector per_climb = tracker_.joint_speed(q_start, Vector3::UnitZ());
-  for (const double scale : kScales) {
-    const double part = 0.9 * share * scale;
+  for (const double climb_share : kClimbShares) {
+    const double part = climb_share * share;
     lift.rise = Rise{tip_limit(per_climb, part * limits_.acceleration), tip_limit(per_climb, part * limits_.jerk), false};
     lift.end = lift.rise.time_to(height);
-    if (!use_of(lift, tracker_, limits_, q_start, lift.end, kDipStep).admissible()) continue;
-    if (!sample(lift, q_start, 0, last_tick(lift), ends_)) continue;
+    const DipUse use = use_of(lift, tracker_, limits_, q_start, lift.end, kDipStep);
+    if (!use.admissible()) continue;
     way.lift = lift;
     way.q_lift = q_start;
     way.duration = last_tick(lift) * tick_;
-    from = ends_.back();
+    from = use.end;
     return true;
   }
   return false;
 }
 
-void StrokeSearch::try_hit(const StrokeRequest& request, const JointVector& q, double share, const StrokeWay& start, const MotionState& from) {
-  const double v = request.speed;
-  const JointVector per_way = tracker_.joint_speed(q, {request.direction_W.x(), request.direction_W.y(), 0.0});
-  const JointVector per_climb = tracker_.joint_speed(q, Vector3::UnitZ());
-  reached(SearchStage::kSpeed);
-  if (((v * per_way).cwiseAbs().array() > limits_.speed.array()).any()) return;
-  reached(SearchStage::kArea);
+JointVector StrokeSearch::bend(const JointVector& q, const Vector3& v_WT_W) const noexcept {
+  constexpr double h = 1e-3;  // s; the change over 2 ms is far above rounding and far below what bends again
+  const JointVector ahead = tracker_.joint_speed(q + h * tracker_.joint_speed(q, v_WT_W), v_WT_W);
+  const JointVector behind = tracker_.joint_speed(q - h * tracker_.joint_speed(q, v_WT_W), v_WT_W);
+  return (ahead - behind) / (2.0 * h);
+}
 
-  const double height = settings_->safe_height() - settings_->tip_height;
-  for (const Shares& shares : kShares) {
-    for (const double scale : kScales) {
-      const double vertical = share * scale * shares.vertical;
-      const double climb = tip_limit(per_climb, vertical * limits_.acceleration);
-      const double climb_jerk = tip_limit(per_climb, vertical * limits_.jerk);
-      const double horizontal = share * scale * shares.horizontal;
-      const double push = tip_limit(per_way, horizontal * limits_.acceleration);
-      const double push_jerk = tip_limit(per_way, horizontal * limits_.jerk);
-
-      StrokeWay way = start;
-      way.q_dip = q;
-      Dip dip;
-      dip.p_WS = request.p_WS;
-      dip.direction_W = request.direction_W;
-      dip.low = settings_->tip_height;
-
-      // Before the contact: the first run-up that keeps the limits.
-      const int run_ups = shares.horizontal == 0.0 ? 1 : static_cast<int>(kEntrySpeeds.size());
-      bool found = false;
-      for (int i = 0; i < run_ups && !found; ++i) {
-        dip.run_up = shares.horizontal == 0.0 ? SpeedRamp{v, v, 1.0, 1.0} : SpeedRamp{v, kEntrySpeeds[static_cast<std::size_t>(i)] * v, push, push_jerk};
-        const double run_in_time = time_to_way(dip.run_up, request.run_in);
-        dip.fall = Rise{climb, climb_jerk, true};
-        dip.level = run_in_time - dip.fall.time_to(settings_->run_in_band);
-        if (dip.level > 0.0) {  // the swoop alone is too short: a level run-in, and a lift whose acceleration must build up
-          dip.fall = Rise{climb, climb_jerk, false};
-          dip.level = std::max(0.0, run_in_time - dip.fall.time_to(settings_->run_in_band));
-          dip.rise = dip.fall;
-        } else {
-          dip.level = 0.0;
-          dip.rise = dip.fall;
-        }
-        dip.begin = -(dip.level + dip.fall.time_to(height));
-        if (!(dip.begin > -5.0) || !in_area(dip, dip.begin, 0.0)) continue;
-        reached(SearchStage::kLimits);
-        found = use_of(dip, tracker_, limits_, q, dip.begin, kDipStep).admissible();
-      }
-      if (!found) continue;
-
-      // After it: on at constant speed when that can be, else braking.
-      dip.end = dip.rise.time_to(height);
-      found = false;
-      for (const bool brakes : {false, true}) {
-        if (brakes && shares.horizontal == 0.0) break;
-        dip.brake = brakes ? SpeedRamp{v, 0.0, push, push_jerk} : SpeedRamp{v, v, 1.0, 1.0};
-        if (!in_area(dip, 0.0, dip.end)) continue;
-        found = use_of(dip, tracker_, limits_, q, dip.end, kDipStep).admissible();
-        if (found) break;
-      }
-      if (!found) continue;
-      way.dip = dip;
-      if (try_transits(request, way, from)) return;
+std::pair<double, double> StrokeSearch::line_acceleration(const Branch& branch, double climb, double share) const noexcept {
+  // Every joint: |bend + climb * per_climb + a * per_way| <= limit.
+  double least = -kMostAcceleration;
+  double most = kMostAcceleration;
+  for (Eigen::Index i = 0; i < branch.q.size(); ++i) {
+    const double limit = share * limits_.acceleration;
+    const double taken = branch.bend[i] + climb * branch.per_climb[i];
+    const double per = branch.per_way[i];
+    if (std::abs(per) < 1e-9) {
+      if (std::abs(taken) > limit) most = -std::numeric_limits<double>::infinity();
+      continue;
     }
+    const double a = (-limit - taken) / per;
+    const double b = (limit - taken) / per;
+    least = std::max(least, std::min(a, b));
+    most = std::min(most, std::max(a, b));
+  }
+  return {least, most};
+}
+
+std::optional<StrokeSearch::Side> StrokeSearch::approach(const StrokeRequest& request, const Branch& branch, const TipAcceleration& a,
+                                                         double share, const MotionState& from) {
+  const double jerk_ratio = limits_.jerk / limits_.acceleration;
+  const double height = settings_->safe_height() - settings_->tip_height;
+  const double over_low = settings_->disc_height - settings_->tip_height;
+  const double most = line_acceleration(branch, a.climb, share).second;
+  std::optional<Side> best;
+  Side side;
+  side.dip.p_WS = request.p_WS;
+  side.dip.direction_W = request.direction_W;
+  side.dip.low = settings_->tip_height;
+  Dip& dip = side.dip;
+  for (const double entry : kEntrySpeeds) {
+    const bool constant = entry == 1.0;
+    if (constant && a.along > 0.0) continue;
+    double acceleration = std::max(std::abs(a.along), most);
+    for (int cut = 0; cut <= kCuts; ++cut, acceleration = std::max(std::abs(a.along), kCut * acceleration)) {
+      if (constant && a.along == 0.0) {
+        dip.run_up = SpeedRamp{request.speed};
+      } else {
+        if (acceleration < kLeastAcceleration) break;
+        // Backward in time: what was a gain is a loss. Constant: on and on with the acceleration that the contact has.
+        const double far = constant ? request.speed - a.along * kLongestApproach : entry * request.speed;
+        dip.run_up = SpeedRamp{request.speed, -a.along, far, constant ? std::abs(a.along) : acceleration, jerk_ratio * acceleration};
+      }
+      const double run_in_time = time_to_way(dip.run_up, request.run_in);
+      dip.fall = Rise{a.climb, jerk_ratio * a.climb, true};
+      dip.level = 0.0;
+      if (dip.fall.time_to(settings_->run_in_band) < run_in_time) {
+        // The swoop alone is too short: a level run-in, before which the vertical acceleration must end.
+        dip.fall = Rise{a.climb, jerk_ratio * a.climb, false};
+        dip.level = std::max(0.0, run_in_time - dip.fall.time_to(settings_->run_in_band));
+      }
+      dip.begin = -(dip.level + dip.fall.time_to(height));
+      const bool last = constant || acceleration == std::abs(a.along);
+      DipUse use;
+      if (dip.begin > -kLongestApproach && in_area(dip, dip.begin)) {
+        reached(SearchStage::kLimits);
+        use = use_of(dip, tracker_, limits_, branch.q, dip.begin, kDipStep);
+      }
+      if (!use.admissible()) {
+        if (last) break;
+        continue;
+      }
+      reached(SearchStage::kTransit);
+      if (transit_.plan(from, use.end)) {
+        side.joint = use.end;
+        side.time = transit_.duration() - dip.begin;
+        const double low = -dip.way(-(dip.level + dip.fall.time_to(over_low)));
+        side.cost = side.time + kDescentCost * std::max(0.0, low - request.run_in - settings_->descent);
+        if ((!best || side.cost < best->cost) && side.cost < best_cost_ && transit_is_clear()) best = side;
+      }
+      break;
+    }
+  }
+  return best;
+}
+
+std::optional<StrokeSearch::Side> StrokeSearch::leave(const StrokeRequest& request, const Branch& branch, const TipAcceleration& a,
+                                                      double share, bool level) {
+  const double jerk_ratio = limits_.jerk / limits_.acceleration;
+  const double over_low = settings_->disc_height - settings_->tip_height;
+  const double least = line_acceleration(branch, a.climb, share).first;
+  std::optional<Side> best;
+  Side side;
+  side.dip.p_WS = request.p_WS;
+  side.dip.direction_W = request.direction_W;
+  side.dip.low = settings_->tip_height;
+  Dip& dip = side.dip;
+  dip.run_up = SpeedRamp{request.speed};  // for the speed at time 0
+  dip.rise = Rise{a.climb, jerk_ratio * a.climb, !level};
+  dip.end = dip.rise.time_to(settings_->safe_height() - settings_->tip_height);
+  for (const bool brakes : {true, false}) {
+    double acceleration = std::max(std::abs(a.along), -least);
+    for (int cut = 0; cut <= kCuts; ++cut, acceleration = std::max(std::abs(a.along), kCut * acceleration)) {
+      if (brakes || a.along > 0.0) {
+        if (acceleration < kLeastAcceleration) break;
+        // Not braking means no more than letting go of the acceleration.
+        const double after = brakes ? 0.0 : request.speed + 0.5 * a.along * a.along / (jerk_ratio * acceleration);
+        dip.brake = SpeedRamp{request.speed, a.along, after, acceleration, jerk_ratio * acceleration};
+      } else if (a.along < 0.0) {
+        dip.brake = SpeedRamp{request.speed, a.along, 0.0, -a.along, jerk_ratio * acceleration};
+      } else {
+        dip.brake = SpeedRamp{request.speed};
+      }
+      const bool last = !brakes || acceleration == std::abs(a.along);
+      DipUse use;
+      if (in_area(dip, dip.end)) use = use_of(dip, tracker_, limits_, branch.q, dip.end, kDipStep);
+      if (!use.admissible()) {
+        if (last) break;
+        continue;
+      }
+      if (transit_.plan(use.end, MotionState::at_rest(end_pose(request, use.end)))) {
+        side.joint = use.end;
+        side.time = dip.end + transit_.duration();
+        side.cost = side.time + kFollowThroughCost * dip.way(dip.rise.time_to(over_low));
+        if ((!best || side.cost < best->cost) && transit_is_clear()) best = side;
+      }
+      break;
+    }
+  }
+  return best;
+}
+
+void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, double share, const StrokeWay& start,
+                           const MotionState& from) {
+  for (const double climb_share : kClimbShares) {
+    const double climb = tip_limit(branch.per_climb, climb_share * share * limits_.acceleration);
+    const auto [least, most] = line_acceleration(branch, climb, share);
+    if (least > most) continue;
+    bool found = false;
+    // Through the contact at constant speed when the joints can, or speeding up, or slowing down.
+    for (const double along : {0.0, 0.6 * most, 0.6 * least, 0.5 * (least + most)}) {
+      if (along < least || along > most) continue;
+      const TipAcceleration a{climb, along};
+      const auto before = approach(request, branch, a, share, from);
+      if (!before) continue;
+      const auto after = leave(request, branch, a, share, !before->dip.fall.starts_accelerated());
+      if (!after) continue;
+      found = true;
+      if (before->cost + after->cost >= best_cost_) continue;
+      best_cost_ = before->cost + after->cost;
+      best_ = start;
+      best_->q_dip = branch.q;
+      best_->dip = before->dip;
+      best_->dip->rise = after->dip.rise;
+      best_->dip->brake = after->dip.brake;
+      best_->dip->end = after->dip.end;
+      best_->q_end = end_pose(request, after->joint);
+      best_->duration += before->time + after->time;
+    }
+    if (found) return;
   }
 }
 
-void StrokeSearch::try_push(const StrokeRequest& request, const JointVector& q, double share, const StrokeWay& start, const MotionState& from) {
-  const double v = request.speed;
-  const JointVector per_way = tracker_.joint_speed(q, {request.direction_W.x(), request.direction_W.y(), 0.0});
-  const JointVector per_climb = tracker_.joint_speed(q, Vector3::UnitZ());
-  reached(SearchStage::kSpeed);
-  if (((v * per_way).cwiseAbs().array() > limits_.speed.array()).any()) return;
-  reached(SearchStage::kLimits);
-
+void StrokeSearch::try_push(const StrokeRequest& request, const Branch& branch, double share, const StrokeWay& start,
+                            const MotionState& from) {
+  const double jerk_ratio = limits_.jerk / limits_.acceleration;
   const double height = settings_->safe_height() - settings_->tip_height;
-  for (const double scale : kScales) {
-    const double part = 0.9 * share * scale;
+  reached(SearchStage::kLimits);
+  for (const double climb_share : kClimbShares) {
+    const double part = climb_share * share;
+    const double climb = tip_limit(branch.per_climb, part * limits_.acceleration);
+    const double acceleration = tip_limit(branch.per_way, part * limits_.acceleration);
     Dip dip;
     dip.p_WS = request.p_WS;
     dip.direction_W = request.direction_W;
     dip.low = settings_->tip_height;
-    dip.fall = Rise{tip_limit(per_climb, part * limits_.acceleration), tip_limit(per_climb, part * limits_.jerk), false};
+    dip.fall = Rise{climb, jerk_ratio * climb, false};
     dip.rise = dip.fall;
     dip.begin = -dip.fall.time_to(height);
-    const double push = tip_limit(per_way, part * limits_.acceleration);
-    const double push_jerk = tip_limit(per_way, part * limits_.jerk);
-    dip.set_off = SpeedRamp{0.0, v, push, push_jerk};
-    dip.slow_down = SpeedRamp{v, 0.0, push, push_jerk};
-    const double rest = request.length - dip.set_off.length() - dip.slow_down.length();
-    if (rest < 0.0) {
-      reached(SearchStage::kSpeed);  // too short to reach the speed
-      continue;
-    }
-    dip.cruise = rest / v;
+    dip.set_off = SpeedRamp{0.0, 0.0, request.speed, acceleration, jerk_ratio * acceleration};
+    dip.slow_down = SpeedRamp{request.speed, 0.0, 0.0, acceleration, jerk_ratio * acceleration};
+    const double cruise = request.length - dip.set_off.length() - dip.slow_down.length();
+    if (cruise < 0.0) return;  // too short to reach the speed, and with less acceleration all the more
+    dip.cruise = cruise / request.speed;
     dip.end = dip.line_time() + dip.rise.time_to(height);
-    if (!use_of(dip, tracker_, limits_, q, dip.begin, kDipStep).admissible()) continue;
-    if (!use_of(dip, tracker_, limits_, q, dip.end, std::max(kDipStep, dip.end / kMostSamples)).admissible()) continue;
-    StrokeWay way = start;
-    way.q_dip = q;
-    way.dip = dip;
-    if (try_transits(request, way, from)) return;
+    const DipUse down = use_of(dip, tracker_, limits_, branch.q, dip.begin, kDipStep);
+    if (!down.admissible()) continue;
+    const DipUse up = use_of(dip, tracker_, limits_, branch.q, dip.end, std::max(kDipStep, dip.end / kMostSamples));
+    if (!up.admissible()) continue;
+
+    reached(SearchStage::kTransit);
+    if (!transit_.plan(from, down.end)) continue;
+    double duration = start.duration + transit_.duration() + dip.end - dip.begin;
+    if (duration >= best_cost_) return;
+    if (!transit_is_clear()) continue;
+    const JointVector q_end = end_pose(request, up.end);
+    if (!transit_.plan(up.end, MotionState::at_rest(q_end))) continue;
+    duration += transit_.duration();
+    if (duration >= best_cost_) return;
+    if (!transit_is_clear()) continue;
+    best_cost_ = duration;
+    best_ = start;
+    best_->q_dip = branch.q;
+    best_->dip = dip;
+    best_->q_end = q_end;
+    best_->duration = duration;
+    return;
   }
 }
 
-bool StrokeSearch::try_transits(const StrokeRequest& request, StrokeWay way, const MotionState& from) {
-  reached(SearchStage::kTransit);
-  MotionState leave = from;
-  if (way.dip) {
-    if (!sample(*way.dip, way.q_dip, first_tick(*way.dip), last_tick(*way.dip), ends_)) return false;
-    leave = ends_.back();
-    if (!transit_.plan(from, ends_.front())) return false;
-    way.duration += transit_.duration() + static_cast<double>(ends_.size() - 1) * tick_;
-    if (best_ && way.duration >= best_->duration) return true;
-    if (!transit_is_clear(settings_->safe_height())) return false;
+JointVector StrokeSearch::end_pose(const StrokeRequest& request, const MotionState& leaving) const {
+  if (request.park_after) return settings_->park;
+  // Come to rest over the place, a little higher.
+  constexpr double kStep = 0.01;
+  constexpr int kSteps = 10;
+  JointVector q_end = leaving.q;
+  JointVector qd = leaving.qd;
+  Vector3 p_WT = arm_->tip_in_world(leaving.q).translation();
+  for (int i = 0; i < kSteps; ++i) {
+    p_WT.z() += kStep;
+    JointVector q = q_end;
+    if (!tracker_.follow(p_WT, Vector3::Zero(), {0.0, 0.0, -1.0}, q, qd) || !arm_->within_limits(q)) break;
+    q_end = q;
   }
-  way.q_end = settings_->park;
-  if (!request.park_after && request.kind != StrokeKind::kPark) {
-    // Come to rest over the place, a little higher.
-    way.q_end = leave.q;
-    Vector3 p_WT = arm_->tip_in_world(leave.q).translation();
-    for (int i = 0; i < 10; ++i) {
-      p_WT.z() += 0.01;
-      JointVector q = way.q_end;
-      if (!tracker_.follow(p_WT, {0.0, 0.0, -1.0}, q)) break;
-      way.q_end = q;
-    }
-  }
-  if (!transit_.plan(leave, MotionState::at_rest(way.q_end))) return false;
-  way.duration += transit_.duration();
-  if (best_ && way.duration >= best_->duration) return true;
-  if (!transit_is_clear(settings_->safe_height())) return false;
-  best_ = way;
-  return true;
+  return q_end;
 }
 
-bool StrokeSearch::transit_is_clear(double floor) {
+bool StrokeSearch::transit_is_clear() {
   MotionState state;
   const int n = std::max(1, static_cast<int>(std::ceil(transit_.duration() / kTransitStep)));
   for (int k = 0; k <= n; ++k) {
     transit_.at(transit_.duration() * k / n, state);
     if (!arm_->within_limits(state.q)) return false;
     const ArmClearance::Heights heights = clearance_->heights(state.q);
-    if (heights.tip < floor - kHeightTolerance || heights.links < settings_->link_clearance) return false;
+    if (heights.tip < settings_->safe_height() - kHeightTolerance || heights.links < settings_->link_clearance) return false;
   }
   return true;
 }

@@ -8,6 +8,7 @@
 #include "controller/motion/transit.hpp"
 
 #include <optional>
+#include <utility>
 
 namespace breakshot::motion {
 
@@ -43,28 +44,51 @@ class StrokeSearch {
   /// See StrokePlanner::speed_bound.
   double speed_bound(const Vector2& p_WS, const Vector2& direction_W) const noexcept;
 
-  /// Samples a dip at whole ticks from `first` to `last` (ticks relative to time 0); q0 are the joints at time 0. Returns whether the arm
-  /// can follow. Used for the search's ends and for the trajectory itself, so both agree.
-  bool sample(const Dip& dip, const JointVector& q0, int first, int last, std::vector<MotionState>& states) const;
+  /// Ticks, counted from a dip's time 0, at which transits join it.
   int first_tick(const Dip& dip) const noexcept;
   int last_tick(const Dip& dip) const noexcept;
 
   Transit& transit() noexcept { return transit_; }
+  const TipTracker& tracker() const noexcept { return tracker_; }
   const JointLimits& limits() const noexcept { return limits_; }
 
  private:
-  struct Ends {
-    MotionState entry, exit;
+  /// What a branch can do at p_WS.
+  struct Branch {
+    JointVector q;
+    JointVector per_way, per_climb;  ///< joint speeds for 1 m/s along the stroke's direction, and upward
+    JointVector bend;                ///< joint accelerations when the tip passes at the asked speed without acceleration of its own
+  };
+  /// Accelerations of the tip at a hit's contact, m/s^2.
+  struct TipAcceleration {
+    double climb, along;
+  };
+  /// One half of a dip that keeps the limits, with the transit that joins it.
+  struct Side {
+    Dip dip;            ///< of which only this half is set
+    MotionState joint;  ///< where it meets the transit
+    double time = 0.0;  ///< of the half and its transit, s
+    double cost = 0.0;  ///< time, and what a long low corridor counts for, s
   };
 
   kinematics::IkSolutions branches(const Vector2& p_WS, const JointVector& near) const noexcept;
   bool find_lift(const JointVector& q_start, double share, StrokeWay& way, MotionState& from);
-  void try_hit(const StrokeRequest& request, const JointVector& q, double share, const StrokeWay& start, const MotionState& from);
-  void try_push(const StrokeRequest& request, const JointVector& q, double share, const StrokeWay& start, const MotionState& from);
-  bool try_transits(const StrokeRequest& request, StrokeWay way, const MotionState& from);
-  bool transit_is_clear(double floor);
-  bool in_area(const Dip& dip, double from, double to) const noexcept;
+  void try_hit(const StrokeRequest& request, const Branch& branch, double share, const StrokeWay& start, const MotionState& from);
+  void try_push(const StrokeRequest& request, const Branch& branch, double share, const StrokeWay& start, const MotionState& from);
+  /// The best half before (after) a hit's contact.
+  std::optional<Side> approach(const StrokeRequest& request, const Branch& branch, const TipAcceleration& a, double share,
+                               const MotionState& from);
+  std::optional<Side> leave(const StrokeRequest& request, const Branch& branch, const TipAcceleration& a, double share, bool level);
+  /// Least and most acceleration along the line at p_WS that the joints allow next to `climb` upward, m/s^2; least > most: none.
+  std::pair<double, double> line_acceleration(const Branch& branch, double climb, double share) const noexcept;
+  JointVector bend(const JointVector& q, const Vector3& v_WT_W) const noexcept;
+  JointVector end_pose(const StrokeRequest& request, const MotionState& leaving) const;
+  bool transit_is_clear();
+  bool in_area(const Dip& dip, double t) const noexcept;
   void reached(SearchStage stage) noexcept { stage_ = std::max(stage_, stage); }
+
+  std::optional<StrokeWay> best_;
+  double best_cost_ = 0.0;
 
   const kinematics::ArmKinematics* arm_;
   const kinematics::InverseKinematics* ik_;
@@ -76,8 +100,6 @@ class StrokeSearch {
   double tick_;  ///< s
 
   SearchStage stage_ = SearchStage::kReach;
-  std::optional<StrokeWay> best_;
-  std::vector<MotionState> ends_;  ///< scratch
 };
 
 }  // namespace breakshot::motion

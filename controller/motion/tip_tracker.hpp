@@ -13,11 +13,12 @@ class TipTracker {
  public:
   explicit TipTracker(const kinematics::ArmKinematics& arm) : arm_{&arm} {}
 
-  /// Moves q so that the tip is at p_WT with its z axis along `axis_W` (unit), to 1e-10 m and rad. Returns false - q is then of no use - when
-  /// that takes more than a small step: a singular or unreachable point. q may lie outside the joints' ranges.
-  bool follow(const Vector3& p_WT, const Vector3& axis_W, JointVector& q) const noexcept;
+  /// Moves q, a guess near the solution, so that the tip is at p_WT with its z axis along `axis_W` (unit), to about 1e-10 m and rad, and finds
+  /// the joint speeds qd that move it on at v_WT_W without turning its axis. Returns false - q and qd are then of no use - when that takes
+  /// more than a small step: a singular or unreachable point. q may lie outside the joints' ranges. About 1.2 us from a good guess.
+  bool follow(const Vector3& p_WT, const Vector3& v_WT_W, const Vector3& axis_W, JointVector& q, JointVector& qd) const noexcept;
 
-  /// Joint speeds that move the tip at v_WT without turning the rod's axis; q as follow() left it.
+  /// Joint speeds that move the tip at v_WT_W without turning the rod's axis.
   JointVector joint_speed(const JointVector& q, const Vector3& v_WT_W) const noexcept;
 
  private:

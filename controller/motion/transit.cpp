@@ -8,7 +8,9 @@ namespace breakshot::motion {
 namespace {
 
 void copy(const JointVector& from, std::vector<double>& to) { to.assign(from.data(), from.data() + from.size()); }
-JointVector joints(const std::vector<double>& v) { return Eigen::Map<const Eigen::VectorXd>{v.data(), static_cast<Eigen::Index>(v.size())}; }
+JointVector joints(const std::vector<double>& v) {
+  return Eigen::Map<const Eigen::VectorXd>{v.data(), static_cast<Eigen::Index>(v.size())};
+}
 
 }  // namespace
 
@@ -21,7 +23,8 @@ struct Transit::Solver {
   std::vector<double> q, qd, qdd;
 };
 
-Transit::Transit(const JointLimits& limits, double tick) : solver_{std::make_unique<Solver>(static_cast<std::size_t>(limits.speed.size()), tick)} {
+Transit::Transit(const JointLimits& limits, double tick)
+    : solver_{std::make_unique<Solver>(static_cast<std::size_t>(limits.speed.size()), tick)} {
   auto& input = solver_->input;
   copy(limits.speed, input.max_velocity);
   input.max_acceleration.assign(input.degrees_of_freedom, limits.acceleration);

@@ -7,13 +7,6 @@
 
 namespace breakshot::motion {
 
-/// Where the joints are and how they move.
-struct MotionState {
-  JointVector q, qd, qdd;
-
-  static MotionState at_rest(const JointVector& q) { return {q, JointVector::Zero(q.size()), JointVector::Zero(q.size())}; }
-};
-
 /// A move of all joints from one state to another in the shortest time that speed, acceleration and jerk allow, rounded up to whole ticks.
 ///
 /// Both ends may be in motion. Ruckig does the work; it does not know the joints' ranges or what lies in the way, so whoever uses a
