@@ -2,6 +2,9 @@
 
 presets=(release debug asan tsan coverage)
 
+# So that a clone in another folder finds what this one compiled.
+export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
+
 # Compiler processes: one per core, but no more than memory allows (1.5 GiB each, as the largest of our files take).
 build_jobs() {
   local cores memory
