@@ -35,7 +35,8 @@ ControllerConfig load_controller_config(const ConfigDocument& document, const Ce
   loop.rest_speed = safety.number("rest_speed", {1e-4, 1.0}, "rad/s");
 
   const ConfigNode realtime = node.child("realtime");
-  config.realtime.priority = static_cast<int>(realtime.integer("priority", 1, 98));
+  config.realtime.priority = static_cast<int>(realtime.integer("priority", 2, 98));
+  config.io_priority = static_cast<int>(realtime.integer("io_priority", 1, config.realtime.priority));
   config.realtime.cpu = static_cast<int>(realtime.integer("cpu", -1, 1023));
   config.lock_memory = realtime.flag("lock_memory");
 

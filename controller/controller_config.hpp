@@ -14,6 +14,7 @@ struct ControllerConfig {
   motion::MotionSettings motion;
   LoopConfig loop;  ///< without the joints' limits: joint_limits() adds them when the arm is known
   rt::RealtimeSettings realtime;
+  int io_priority = 60;  ///< SCHED_FIFO of the threads that bring states and take commands away
   bool lock_memory = true;
 };
 

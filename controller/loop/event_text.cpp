@@ -9,6 +9,7 @@ std::string describe(safety::CauseSet causes) {
   for (std::size_t i = 0; i < safety::kCauses; ++i) {
     const auto cause = static_cast<safety::Cause>(i);
     if (!causes.has(cause)) continue;
+    if (cause == safety::Cause::kStatePredicted && causes.has(safety::Cause::kStateStale)) continue;  // the same, said less clearly
     if (!text.empty()) text += "; ";
     text += to_string(cause);
   }

@@ -93,6 +93,7 @@ void StrokeExecutor::begin(const StrokeRequest& request, Time now) {
   stage_ = Stage::kWaiting;
   wait_until_ = now + kMaxWait;
   recovery_sent_ = false;
+  details_.clear();
 }
 
 void StrokeExecutor::wait_or_plan(Time now) {
@@ -126,7 +127,7 @@ void StrokeExecutor::plan(Time now) {
 
 void StrokeExecutor::handle(const LoopEvent& event) {
   using Kind = LoopEvent::Kind;
-  if (event.kind == Kind::kSafety) last_safety_ = describe(event);
+  if (event.kind == Kind::kSafety && (event.violation || event.following.joint >= 0)) details_ = describe(event);
   if (event.kind == Kind::kNotRecovered) recovery_sent_ = false;  // asked again until the wait ends
   if (stage_ != Stage::kHanded || event.stroke_id != status_.id) return;
   switch (event.kind) {
@@ -144,12 +145,12 @@ void StrokeExecutor::handle(const LoopEvent& event) {
       return send(status_);
     }
     case Kind::kDone: return finish(StrokePhase::kDone, RefusalReason::kNone, {}, event.time);
-    case Kind::kStopped: {
-      // The safety event names one cause with its figures, this one all of them.
-      const std::string causes = describe(event.causes);
-      return finish(StrokePhase::kStopped, RefusalReason::kNone, last_safety_.size() > causes.size() ? last_safety_ : causes, event.time);
-    }
-    case Kind::kNotStarted: return finish(StrokePhase::kRefused, RefusalReason::kNotReady, describe(event), event.time);
+    case Kind::kStopped:
+      return finish(StrokePhase::kStopped, RefusalReason::kNone, details_.empty() ? describe(event.causes) : details_, event.time);
+    case Kind::kNotStarted:
+      // A state was late in that very tick, or a stop came in between: plan again from where the arm is then, as long as the wait allows.
+      stage_ = Stage::kWaiting;
+      return;
     case Kind::kRecovered:
     case Kind::kNotRecovered:
     case Kind::kSafety: return;

@@ -93,7 +93,7 @@ class StrokeExecutor {
   std::string closed_;                 ///< why every request is refused; empty: it is not
   Time wait_until_{};
   bool recovery_sent_ = false;
-  std::string last_safety_;  ///< newest safety event, with its figures
+  std::string details_;  ///< of the newest safety event of the stroke under way that came with figures
 
   std::deque<StrokeStatus> outbox_;
   std::optional<StrokeStatus> newest_;

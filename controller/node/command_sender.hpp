@@ -10,7 +10,8 @@ namespace breakshot::control {
 /// Takes the newest command from the loop and hands it to `send`, in a thread of its own: sending may block, the loop may not.
 class CommandSender {
  public:
-  CommandSender(LoopLinks& links, std::function<void(const JointCommand&)> send);
+  /// @param priority  SCHED_FIFO of the thread, where the system grants it; 0: none
+  CommandSender(LoopLinks& links, int priority, std::function<void(const JointCommand&)> send);
   ~CommandSender();
   CommandSender(const CommandSender&) = delete;
   CommandSender& operator=(const CommandSender&) = delete;

@@ -4,6 +4,7 @@
 #include "common/dds/endpoint.hpp"
 #include "common/process/health_publisher.hpp"
 #include "common/process/role_lock.hpp"
+#include "common/process/scheduling.hpp"
 #include "common/urdf/arm_description.hpp"
 #include "controller/controller_config.hpp"
 #include "controller/loop/control_loop.hpp"
@@ -19,6 +20,8 @@
 
 #include <atomic>
 #include <cstring>
+#include <memory>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -26,6 +29,8 @@ namespace breakshot::control {
 
 namespace {
 
+/// Of every thread of the process: Fast DDS's receive and event threads use some ten kB, planning some hundred.
+constexpr unsigned long kThreadStack = 1UL << 20U;
 /// How long commands of another controller are listened for before the first own one.
 constexpr Duration kListenForOthers = std::chrono::milliseconds{300};
 /// How often the lack of joint states is said again.
@@ -51,7 +56,12 @@ void warn_of(const std::vector<rt::MissingGuarantee>& missing) {
 void log_event(const LoopEvent& event) {
   using Kind = LoopEvent::Kind;
   switch (event.kind) {
-    case Kind::kSafety: spdlog::warn("code=safety stroke={} {}", event.stroke_id, describe(event)); return;
+    case Kind::kSafety:
+      // What only holds ends by itself, and on a busy machine it comes often.
+      spdlog::log(safety::kRules[static_cast<std::size_t>(event.causes.worst())].action > safety::Action::kHold ? spdlog::level::warn
+                                                                                                                : spdlog::level::debug,
+                  "code=safety stroke={} {}", event.stroke_id, describe(event));
+      return;
     case Kind::kStopped: spdlog::warn("code=stopped stroke={} {}", event.stroke_id, describe(event)); return;
     case Kind::kNotStarted:
     case Kind::kNotRecovered: spdlog::warn("code=refused stroke={} {}", event.stroke_id, describe(event)); return;
@@ -132,9 +142,9 @@ class Controller {
         planner_{arm_, process.cell().arm.X_WB, config_.motion},
         loop_{complete(config_.loop, arm_, process.session()), channels_},
         executor_{planner_, channels_},
-        participant_{process.cell().dds.cell, "breakshot-controller"},
-        command_writer_{participant_},
-        status_writer_{participant_} {
+        participant_{make_participant()},
+        command_writer_{*participant_},
+        status_writer_{*participant_} {
     executor_.observe_events(log_event);
   }
 
@@ -145,6 +155,11 @@ class Controller {
     loop.limits = joint_limits(arm, loop.stop);
     loop.session = session;
     return loop;
+  }
+  std::unique_ptr<dds::Participant> make_participant() const {
+    std::optional<process::InheritedFifo> fifo;
+    if (process_.cell().mode == CellMode::kRealTime) fifo.emplace(config_.io_priority);
+    return std::make_unique<dds::Participant>(process_.cell().dds.cell, "breakshot-controller");
   }
   /// Returns when joint states come and nobody else commands; false when the process is to stop before.
   bool wait_for_drives();
@@ -164,7 +179,7 @@ class Controller {
   std::atomic<std::uint64_t> states_{0};
   ForeignCommands foreign_;
 
-  dds::Participant participant_;
+  std::unique_ptr<dds::Participant> participant_;
   dds::Writer<JointCommand> command_writer_;
   dds::Writer<StrokeStatus> status_writer_;
 };
@@ -207,12 +222,12 @@ void Controller::wait_for_rest(const StrokeDesk& desk) const {
 
 void Controller::run() {
   const bool lockstep_mode = process_.cell().mode == CellMode::kLockstep;
-  const dds::Subscription<JointCommand> others{participant_, [this](JointCommand&& command) {
+  const dds::Subscription<JointCommand> others{*participant_, [this](JointCommand&& command) {
                                                  if (command.session == process_.session()) return;
                                                  foreign_.session = command.session;
                                                  ++foreign_.count;
                                                }};
-  const dds::Subscription<JointState> states{participant_, [this, lockstep_mode](JointState&& state) {
+  const dds::Subscription<JointState> states{*participant_, [this, lockstep_mode](JointState&& state) {
                                                process_.clock().observe(state.stamp);
                                                links_.states.write(state);
                                                ++states_;
@@ -220,13 +235,14 @@ void Controller::run() {
                                              }};
   StrokeDesk desk{executor_, [this](const StrokeStatus& status) { status_writer_.write(status); },
                   [this] { return process_.clock().now(); }};
-  const dds::Subscription<StrokeRequest> requests{participant_, [&desk](StrokeRequest&& request) { desk.submit(request); }};
-  const process::HealthPublisher health{process_, participant_, HealthReport{links_, desk}};
+  const dds::Subscription<StrokeRequest> requests{*participant_, [&desk](StrokeRequest&& request) { desk.submit(request); }};
+  const process::HealthPublisher health{process_, *participant_, HealthReport{links_, desk}};
   if (!wait_for_drives()) return;
 
   // All other threads exist by now, so none of them inherits what the loop's thread gets.
   if (config_.lock_memory && !lockstep_mode) warn_of(rt::lock_memory(config_.realtime));
-  const CommandSender sender{links_, [this](const JointCommand& command) { command_writer_.write(command); }};
+  const CommandSender sender{links_, lockstep_mode ? 0 : config_.io_priority,
+                             [this](const JointCommand& command) { command_writer_.write(command); }};
   LoopThread loop{lockstep_mode ? LoopThread::Mode::kLockstep : LoopThread::Mode::kRealTime, loop_, links_, config_.loop.period,
                   config_.realtime};
   warn_of(loop.missing_guarantees());
@@ -254,6 +270,9 @@ void Controller::watch(StrokeDesk& desk) {
 
 }  // namespace
 
-void run_controller(process::Process& process) { Controller{process}.run(); }
+void run_controller(process::Process& process) {
+  process::limit_thread_stacks(kThreadStack);
+  Controller{process}.run();
+}
 
 }  // namespace breakshot::control

@@ -218,6 +218,26 @@ TEST_F(Executor, IsNotReadyWithoutStatesAndGoesOnWhenTheyComeBack) {
   EXPECT_EQ(finish(3).phase, StrokePhase::kDone);
 }
 
+TEST_F(Executor, StatesThatAreLateAtTheHandOverOnlyDelayTheStroke) {
+  submit(hit(1));
+  executor.poll(stand.now());  // plans and hands over; the loop has not taken it yet
+  for (int i = 0; i < 10; ++i) tick({.lose_state = true});
+  EXPECT_FALSE(stand.status().moving);
+  EXPECT_EQ(finish(1).phase, StrokePhase::kDone);
+  EXPECT_EQ(finals(1), 1U);
+}
+
+TEST_F(Executor, AfterCloseItStopsAndRefuses) {
+  submit(hit(1));
+  run_until_phase(StrokePhase::kTransit);
+  executor.close("the controller ends", stand.now());
+  EXPECT_EQ(finish(1).phase, StrokePhase::kStopped);
+  submit(hit(2));
+  const auto refused = finish(2);
+  EXPECT_EQ(refused.reason, RefusalReason::kNotReady);
+  EXPECT_EQ(refused.text, "the controller ends");
+}
+
 TEST_F(Executor, AFollowingErrorIsToldWithItsFigures) {
   submit(hit(1));
   run_until_phase(StrokePhase::kTransit);
