@@ -127,6 +127,9 @@ std::vector<HybridStrategy::SpeedTrial> HybridStrategy::try_speeds(const TableMo
 std::optional<StrokeOption> HybridStrategy::hit_option(const TableModel& model, const HitAim& aim, const DecisionContext& context,
                                                        bool leads, std::string& why_not) {
   std::vector<SpeedTrial> trials = try_speeds(model, aim, context, why_not);
+  // A hit that parts nothing, all told, only spends a stroke.
+  const auto useless = [&](const SpeedTrial& one) { return one.result.pairs_below >= static_cast<int>(model.pairs.size()); };
+  if (std::erase_if(trials, useless) > 0 && trials.empty()) why_not = "no fewer pairs below the gap at any speed in the virtual world";
   const auto refusal_at = [&](const SpeedTrial& one) -> std::optional<StrokeRefusal> {
     if (!leads || context.filter == nullptr) return std::nullopt;
     return context.filter->refusal(hit_request(aim, one.speed));

@@ -28,33 +28,46 @@ double collision_with_resting(const Motion& mover, const Vector2& relative, doub
   return approach >= kQuietApproach ? time : kNever;
 }
 
-/// The general case on one interval [0, end] in which both motions are parabolas: relative motion is one, and its square a quartic.
-double collision_on_interval(const Vector2& p, const Vector2& v, const Vector2& a, double end, double reach) noexcept {
-  const Quartic apart{p.squaredNorm() - reach * reach, 2.0 * p.dot(v), v.squaredNorm() + p.dot(a), v.dot(a), 0.25 * a.squaredNorm()};
-  // Above zero while the pair does not approach fast enough: kQuietApproach |p| + p . v, with |p| = reach where it matters.
-  const Quartic quiet{kQuietApproach * reach + 0.5 * apart[1], apart[2], 1.5 * apart[3], 2.0 * apart[4], 0.0};
-  const double slack = 2.0 * reach * kContactSlack;
+/// Whether the way between the centres, seen along its present direction, stays above `reach` on [0, end]: it is then too long as a whole.
+/// A parabola's least value, and most pairs of a break are ruled out by it.
+bool stays_apart(double distance, double along_v, double along_a, double end, double reach) noexcept {
+  double least = std::min(distance, distance + end * (along_v + 0.5 * end * along_a));
+  if (along_v < 0.0 && along_a > 0.0 && -along_v < along_a * end) least = distance - 0.5 * along_v * along_v / along_a;
+  return least > reach;
+}
 
-  const auto shifted = [](const Quartic& c, double s) {  // Taylor shift by synthetic division
-    Quartic out = c;
-    for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = 4; j-- > i;) out[j] += s * out[j + 1];
-    }
-    return out;
-  };
+Quartic shifted(const Quartic& c, double s) noexcept {  // Taylor shift by synthetic division
+  Quartic out = c;
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = 4; j-- > i;) out[j] += s * out[j + 1];
+  }
+  return out;
+}
+
+/// The general case on one interval [0, end] in which both motions are parabolas: relative motion is one, and its square a quartic.
+double collision_on_interval(const Vector2& p, const Vector2& v, const Vector2& a, double distance, double end, double reach) noexcept {
+  const double p_v = p.dot(v);
+  const double p_a = p.dot(a);
+  if (stays_apart(distance, p_v / distance, p_a / distance, end, reach)) return kNever;
+  const Quartic apart{(distance - reach) * (distance + reach), 2.0 * p_v, v.squaredNorm() + p_a, v.dot(a), 0.25 * a.squaredNorm()};
+  // Above zero while the pair does not approach fast enough: kQuietApproach |p| + p . v, with |p| = reach where it matters.
+  const Quartic quiet{kQuietApproach * reach + p_v, apart[2], 1.5 * apart[3], 2.0 * apart[4], 0.0};
+  const double slack = 2.0 * reach * kContactSlack;
 
   // Contact and approach alternate at most as often as the two polynomials have roots.
   double s = 0.0;
   for (int i = 0; i < 8; ++i) {
-    Quartic from_here = shifted(apart, s);
+    const Quartic from_here = s > 0.0 ? shifted(apart, s) : apart;
     if (from_here[0] > slack) {
       const double meet = first_nonpositive(from_here, end - s);
       if (meet == kNever) return kNever;
       s += meet;
     }
-    const double fast = first_nonpositive(shifted(quiet, s), end - s);
-    if (fast == kNever) return kNever;
-    s += fast;
+    if (evaluate(quiet, s) > 0.0) {
+      const double fast = first_nonpositive(shifted(quiet, s), end - s);
+      if (fast == kNever) return kNever;
+      s += fast;
+    }
     if (evaluate(apart, s) <= slack) return s;
   }
   return kNever;
@@ -80,7 +93,7 @@ double next_collision(const Motion& a, const Motion& b, double reach) noexcept {
   const double first_end = std::min({a_moves ? a.end : kNever, b_moves ? b.end : kNever, unknown});
   const Vector2 dv = (b_moves ? b.v : Vector2{0.0, 0.0}) - (a_moves ? a.v : Vector2{0.0, 0.0});
   const Vector2 da = (b_moves ? b.a : Vector2{0.0, 0.0}) - (a_moves ? a.a : Vector2{0.0, 0.0});
-  const double found = collision_on_interval(p, dv, da, first_end, reach);
+  const double found = collision_on_interval(p, dv, da, distance, first_end, reach);
   if (found != kNever) return found;
   if (first_end >= unknown) return kNever;
 

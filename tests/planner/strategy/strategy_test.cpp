@@ -59,7 +59,8 @@ TEST_P(EveryStrategy, OffersOnlyStrokesThatHaveRoom) {
       for (const auto& p : option.predicted_p_WD) EXPECT_TRUE(ctx.region.contains(p));
       EXPECT_FALSE(option.why.empty());
       const bool hit = stroke.kind == StrokeKind::kHit;
-      const Vector2 begin = hit ? Vector2{stroke.p_WS - std::max(stroke.run_in, settings.cell.hit_fall * stroke.speed) * stroke.direction_W} : stroke.p_WS;
+      const Vector2 begin =
+          hit ? Vector2{stroke.p_WS - std::max(stroke.run_in, settings.cell.hit_fall * stroke.speed) * stroke.direction_W} : stroke.p_WS;
       const Vector2 end = hit ? stroke.p_WS : Vector2{stroke.p_WS + stroke.length * stroke.direction_W};
       EXPECT_TRUE(settings.cell.striker_area.contains(begin) && settings.cell.striker_area.contains(end));
       for (const auto& disc : discs) {
