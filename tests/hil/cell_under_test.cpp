@@ -4,7 +4,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <iostream>
 #include <limits>
+#include <stdexcept>
 
 namespace breakshot::hil {
 
@@ -23,7 +25,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kProcesses{
 
 }  // namespace
 
-CellUnderTest::CellUnderTest(Options options)
+CellUnderTest::CellUnderTest(CellOptions options)
     // Three domains for each of up to 33 test processes at a time; 0 to 129 are left to people.
     : cell_domain_{130 + 3 * static_cast<int>(getpid() % 33)}, mes_domain_{cell_domain_ + 1} {
   arguments_ = {"--config", std::string{BREAKSHOT_SOURCE_DIR} + "/config/cell.yaml"};
@@ -35,6 +37,8 @@ CellUnderTest::CellUnderTest(Options options)
     arguments_.emplace_back("--set");
     arguments_.push_back(override);
   }
+
+  config_ = load_cell_config(load_cell_document(arguments_[1], options.overrides));
 
   std::vector<launcher::ProcessSpec> specs;
   for (const auto& [name, after] : kProcesses) {
@@ -83,7 +87,13 @@ bool CellUnderTest::set_table(const std::string& formation) {
   SimControl request;
   request.verb = SimControl::Verb::kReset;
   request.formation = formation;
-  return control(request);
+  if (!control(request)) return false;
+  // Nobody's hand moves a table in no time: frames of the old one are still on their way. The camera's latency and a few frames later they are gone.
+  constexpr Duration kSeen = milliseconds{300};
+  const auto placed = truth();
+  auto now = placed;
+  while (now && now->stamp - placed->stamp < kSeen) now = truth();
+  return now.has_value();
 }
 
 bool CellUnderTest::set_fault(std::uint8_t fault, double value) {
@@ -110,17 +120,12 @@ std::optional<SimTruth> CellUnderTest::truth_at_rest(Duration patience) {
   constexpr double kStill = 0.002;  // m/s; drives that hold a position still tremble a little
   constexpr Duration kLongEnough = milliseconds{300};
   const auto give_up = steady_clock::now() + patience;
-  std::optional<Time> still_since;
-  while (steady_clock::now() < give_up) {
-    const auto now = truth();
-    if (!now) return std::nullopt;
-    if (now->v_WT_W.norm() > kStill) {
-      still_since.reset();
-    } else if (!still_since) {
-      still_since = now->stamp;
-    } else if (now->stamp - *still_since >= kLongEnough) {
-      return now;
-    }
+  auto now = truth();
+  Time moved = now ? now->stamp : Time{};
+  while (now && steady_clock::now() < give_up) {
+    if (now->v_WT_W.norm() > kStill) moved = now->stamp;
+    if (now->stamp - moved >= kLongEnough) return now;
+    now = truth();
   }
   return std::nullopt;
 }

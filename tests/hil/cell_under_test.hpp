@@ -1,28 +1,30 @@
 #pragma once
 
 #include "client/order_client.hpp"
+#include "common/config/cell_config.hpp"
 #include "common/dds/cell_topics.hpp"
 #include "common/dds/endpoint.hpp"
 #include "launcher/process_group.hpp"
 
+#include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace breakshot::hil {
 
+struct CellOptions {
+  std::vector<std::string> overrides;  ///< "section.key=value", as for --set
+  std::vector<std::string> without;    ///< processes that are not started
+  bool lockstep = true;
+};
+
 /// The whole cell, every process real, over real DDS, in lockstep: the world waits for the controller, so the outcome does not depend on how
 /// loaded the machine is. Domains are this test process's own, so that test programs may run side by side.
 class CellUnderTest {
  public:
-  struct Options {
-    std::vector<std::string> overrides;   ///< "section.key=value", as for --set
-    std::vector<std::string> without;     ///< processes that are not started
-    bool lockstep = true;
-  };
-  explicit CellUnderTest(Options options = {});
+  explicit CellUnderTest(CellOptions options = {});
   ~CellUnderTest();
   CellUnderTest(const CellUnderTest&) = delete;
   CellUnderTest& operator=(const CellUnderTest&) = delete;
@@ -31,13 +33,14 @@ class CellUnderTest {
 
   launcher::ProcessGroup& processes() { return *group_; }
   client::OrderClient& mes() { return *mes_; }
-  int cell_domain() const noexcept { return cell_domain_; }
+  /// Section `cell` as the processes read it.
+  const CellConfig& config() const noexcept { return config_; }
   /// Command line of a process of this cell, for starting another one beside it.
   std::vector<std::string> arguments() const { return arguments_; }
 
-  /// Puts a formation on the table and waits until the simulator says that it is there. @return false when it never did
+  /// Puts a formation on the table and waits until the camera's frames show it. @return false when it never did
   bool set_table(const std::string& formation);
-  bool set_fault(std::uint8_t fault, double value = 1.0);
+  bool set_fault(std::uint8_t fault, double value = 0.0);
   bool clear_faults();
 
   /// The simulator's next truth; nothing within ten seconds means that it stands still.
@@ -73,6 +76,7 @@ class CellUnderTest {
   std::unique_ptr<dds::Reader<StrokeStatus>> stroke_statuses_;
   std::unique_ptr<dds::Reader<SimTruth>> truths_;
   std::uint64_t control_seq_ = 0;
+  CellConfig config_;
 };
 
 /// True gap between the two nearest discs, m.

@@ -1,4 +1,3 @@
-#include "common/config/cell_config.hpp"
 #include "tests/hil/cell_under_test.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +11,7 @@ constexpr double kPerceptionError = 0.001;  // m
 /// One cell for all formations: starting five processes takes longer than some orders.
 class Formations : public ::testing::TestWithParam<const char*> {
  protected:
-  static void SetUpTestSuite() { cell = std::make_unique<CellUnderTest>(CellUnderTest::Options{{"planner.strategy=paper"}, {}, true}); }
+  static void SetUpTestSuite() { cell = std::make_unique<CellUnderTest>(CellOptions{{"planner.strategy=paper"}, {}, true}); }
   static void TearDownTestSuite() { cell.reset(); }
   static std::unique_ptr<CellUnderTest> cell;
 };
@@ -26,7 +25,7 @@ TEST_P(Formations, AreSingulatedByThePapersStrategy) {
 
   const auto truth = cell->truth_at_rest();
   ASSERT_TRUE(truth);
-  const auto config = load_cell_config(load_cell_document(std::string{BREAKSHOT_SOURCE_DIR} + "/config/cell.yaml"));
+  const auto& config = cell->config();
   EXPECT_GE(smallest_gap(*truth), config.target_gap - kPerceptionError);
   for (const auto& disc : truth->discs) {
     EXPECT_TRUE(disc.on_table);

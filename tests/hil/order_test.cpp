@@ -75,7 +75,7 @@ TEST_F(Orders, StopWithAReasonWhenTheCameraGoesDark) {
   const mes::Id order = mes::random_id();
   const auto ack = cell->place_order(order);
   ASSERT_TRUE(ack && ack->verdict == mes::Verdict::kAccepted) << cell->logs();
-  ASSERT_TRUE(cell->set_fault(static_cast<std::uint8_t>(sim_bridge::Fault::kCameraDark)));
+  ASSERT_TRUE(cell->set_fault(static_cast<std::uint8_t>(sim_bridge::Fault::kCameraDark), 0.0));
   const auto job = cell->follow(order, [](const mes::JobState& j) { return j.phase == mes::JobPhase::kAborted || j.phase == mes::JobPhase::kEnded; });
   ASSERT_TRUE(job) << cell->logs();
   EXPECT_EQ(job->phase, mes::JobPhase::kAborted);
