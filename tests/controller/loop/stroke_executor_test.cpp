@@ -219,8 +219,9 @@ TEST_F(Executor, IsNotReadyWithoutStatesAndGoesOnWhenTheyComeBack) {
 }
 
 TEST_F(Executor, StatesThatAreLateAtTheHandOverOnlyDelayTheStroke) {
+  for (int i = 0; i < 4; ++i) tick({.lose_state = true});
   submit(hit(1));
-  executor.poll(stand.now());  // plans and hands over; the loop has not taken it yet
+  executor.poll(stand.now());  // plans and hands over; with the next tick the states are too late to start
   for (int i = 0; i < 10; ++i) tick({.lose_state = true});
   EXPECT_FALSE(stand.status().moving);
   EXPECT_EQ(finish(1).phase, StrokePhase::kDone);
