@@ -1,12 +1,12 @@
 # Runs at install time, when the prefix is known: puts units, user and configuration where the prefix says.
 #   cmake --install build/release --prefix /opt/breakshot
 set(source ${CMAKE_CURRENT_LIST_DIR})
-set(target "$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}")
+set(target ${CMAKE_INSTALL_PREFIX})  # file(INSTALL) goes to DESTDIR by itself, configure_file() does not
 file(GLOB templates ${source}/*.in)
 foreach(template IN LISTS templates)
   get_filename_component(name ${template} NAME_WLE)
   message(STATUS "Installing: ${target}/lib/systemd/system/${name}")
-  configure_file(${template} ${target}/lib/systemd/system/${name} @ONLY)
+  configure_file(${template} $ENV{DESTDIR}${target}/lib/systemd/system/${name} @ONLY)
 endforeach()
 file(INSTALL ${source}/breakshot-.service.d DESTINATION ${target}/lib/systemd/system)
 file(INSTALL ${source}/sysusers.conf DESTINATION ${target}/lib/sysusers.d RENAME breakshot.conf)

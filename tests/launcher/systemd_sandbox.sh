@@ -16,7 +16,8 @@ mount -t sysfs sysfs $root/sys -o ro
 for folder in run tmp; do mount -t tmpfs tmpfs $root/$folder -o mode=1777; done
 mount -t tmpfs tmpfs $root/dev -o mode=755
 for device in null zero random urandom full tty; do touch $root/dev/$device; mount --bind /dev/$device $root/dev/$device; done
-mkdir -p $root/dev/shm $root/dev/pts $root/mnt/old
+mkdir -p $root/dev/shm $root/dev/pts $root/dev/mqueue $root/dev/hugepages $root/mnt/old
+ln -s pts/ptmx $root/dev/ptmx
 mount -t tmpfs tmpfs $root/dev/shm -o mode=1777
 mount -t cgroup2 cgroup2 $root/sys/fs/cgroup
 cd $root
