@@ -28,6 +28,6 @@ install_packages() {
   step apt-update "Reading Debian's package lists" "check the network and /etc/apt/sources.list; then run the same command again" \
     "${as_root[@]}" apt-get -o DPkg::Lock::Timeout=300 update
   # shellcheck disable=SC2086
-  step apt-install "Installing $count Debian packages and what they need" "read the log; if a package is not found, check that /etc/apt/sources.list names Debian 12 \"main\"" \
+  step apt-install "Installing $count Debian packages and what they need" "check the network and the log; if a package is not found, check that /etc/apt/sources.list names Debian 12 \"main\"" \
     "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 install -y --no-install-recommends $missing
 }
