@@ -113,9 +113,10 @@ class Planner {
 
  private:
   Time now() const noexcept { return process_.clock().now(); }
+  /// A message that repeats an old stamp (the controller's newest stroke status, at 50 Hz) does not show that time goes on.
   void observe(Time stamp) noexcept {
+    if (stamp > now()) stamp_seen_ = process::monotonic_now();
     process_.clock().observe(stamp);
-    stamp_seen_ = process::monotonic_now();
   }
 
   void handle(const TaskRequest& request) { runner_.on_request(request, now()); }
