@@ -44,7 +44,7 @@ bool overlap(const HsvRange& a, const HsvRange& b) noexcept {
 
 HsvRange read_hsv(const ConfigNode& node) {
   const auto pair = [&](std::string_view key) {
-    const Vector2 range = node.vector2(key, {0.0, 1.0}, "");
+    Vector2 range = node.vector2(key, {0.0, 1.0}, "");
     if (range.x() >= range.y()) node.refuse(key, "an empty range", "the lower end first");
     return range;
   };
@@ -85,7 +85,7 @@ std::vector<Colour> read_colours(const ConfigNode& cell) {
 
 Rect read_workspace(const ConfigNode& cell) {
   const ConfigNode node = cell.child("workspace");
-  const Rect rect{node.vector2("min", {-2.0, 2.0}), node.vector2("max", {-2.0, 2.0})};
+  Rect rect{node.vector2("min", {-2.0, 2.0}), node.vector2("max", {-2.0, 2.0})};
   // Less than a disc or two is no workspace but a slip of a digit.
   if (((rect.max - rect.min).array() < 0.1).any())
     node.refuse("max", "a corner too near to `min`", "at least 0.1 m above `min` in x and y");

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <fstream>
-#include <iterator>
+#include <system_error>
+#include <utility>
 
 namespace breakshot {
 namespace {
@@ -16,12 +16,6 @@ using detail::throw_config_error;
 
 constexpr std::size_t kMaxFileSize = 4U << 20U;  // bytes; the shipped cell.yaml has about 20 kB
 const std::string kOverridePlace = "--set";
-
-std::vector<std::string> keys_of(const ConfigValue& map) {
-  std::vector<std::string> keys;
-  for (const auto& entry : map.entries) keys.push_back(entry.first);
-  return keys;
-}
 
 /// Replaces the value that "a.b.c=value" names.
 void apply_override(ConfigValue& root, const std::string& text) {
@@ -40,7 +34,7 @@ void apply_override(ConfigValue& root, const std::string& text) {
     }
     ConfigValue* next = target->find(name);
     if (next == nullptr) {
-      throw_config_error(kOverridePlace, key, "an unknown key", detail::list_names(keys_of(*target), name));
+      throw_config_error(kOverridePlace, key, "an unknown key", detail::list_names(target->keys(), name));
     }
     target = next;
     begin = end + 1;
@@ -48,7 +42,9 @@ void apply_override(ConfigValue& root, const std::string& text) {
   // To the YAML parser an empty text is no document at all, which would give an error about YAML.
   const std::string value = text.substr(equals + 1);
   if (value.find_first_not_of(" \t") == std::string::npos) throw_config_error(kOverridePlace, key, "nothing", "a value after the =");
+  std::string target_name = std::move(target->name);
   *target = detail::parse_config(value, ConfigOrigin{kOverridePlace, false, key, root.folder});
+  target->name = std::move(target_name);
 }
 
 }  // namespace
@@ -63,7 +59,7 @@ ConfigDocument ConfigDocument::load(const std::filesystem::path& file, std::span
   if (!std::filesystem::is_regular_file(file, error)) throw_config_error(file.string(), "", "no such file", "a readable YAML file");
   std::ifstream stream{file, std::ios::binary};
   if (!stream)
-    throw_config_error(file.string(), "", std::string{"a file that cannot be opened: "} + std::strerror(errno), "a readable file");
+    throw_config_error(file.string(), "", "a file that cannot be opened: " + std::generic_category().message(errno), "a readable file");
   std::string text;
   text.resize(kMaxFileSize + 1);
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
@@ -85,10 +81,10 @@ ConfigNode ConfigDocument::root() const& noexcept { return ConfigNode{*root_}; }
 ConfigNode ConfigDocument::section(std::string_view name) const& { return root().child(name); }
 
 void ConfigDocument::only_sections(std::span<const std::string_view> names) const {
-  for (const auto& [key, value] : root_->entries) {
-    if (std::find(names.begin(), names.end(), key) != names.end()) continue;
+  for (const ConfigValue& section : root_->items) {
+    if (std::find(names.begin(), names.end(), section.name) != names.end()) continue;
     const std::vector<std::string> copies{names.begin(), names.end()};
-    throw_config_error(value.place, key, "an unknown section", detail::list_names(copies, key));
+    throw_config_error(section.place, section.key, "an unknown section", detail::list_names(copies, section.name));
   }
 }
 

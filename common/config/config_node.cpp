@@ -74,18 +74,13 @@ const std::vector<ConfigValue>& must_be_list(const ConfigValue& value, std::stri
   return value.items;
 }
 
-void refuse_unasked(const ConfigValue& map) {
-  for (const auto& [key, value] : map.entries) {
-    if (std::find(map.asked.begin(), map.asked.end(), key) == map.asked.end()) {
-      throw_config_error(value.place, value.key, "an unknown key", detail::list_names(map.asked, key));
+// Down into maps and lists of maps, so that a reader who forgets finish() on a child leaves no hole.
+void refuse_unasked(const ConfigValue& value) {
+  for (const ConfigValue& item : value.items) {
+    if (value.kind == Kind::kMap && std::find(value.asked.begin(), value.asked.end(), item.name) == value.asked.end()) {
+      throw_config_error(item.place, item.key, "an unknown key", detail::list_names(value.asked, item.name));
     }
-    // Down into maps and lists of maps, so that a reader who forgets finish() on a child leaves no hole.
-    if (value.kind == Kind::kMap) refuse_unasked(value);
-    if (value.kind == Kind::kList) {
-      for (const ConfigValue& item : value.items) {
-        if (item.kind == Kind::kMap) refuse_unasked(item);
-      }
-    }
+    refuse_unasked(item);
   }
 }
 
@@ -200,11 +195,7 @@ std::vector<ConfigNode> ConfigNode::items(std::string_view key) const {
   return nodes;
 }
 
-std::vector<std::string> ConfigNode::keys() const {
-  std::vector<std::string> keys;
-  for (const auto& entry : value_->entries) keys.push_back(entry.first);
-  return keys;
-}
+std::vector<std::string> ConfigNode::keys() const { return value_->keys(); }
 
 void ConfigNode::finish() const { refuse_unasked(*value_); }
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <numeric>
 #include <sstream>
+#include <utility>
 
 namespace breakshot::detail {
 namespace {
@@ -112,11 +113,10 @@ class TreeBuilder final : public YAML::EventHandler {
     if (open_.empty()) {
       root_ = std::move(value);
       open_.push_back(&root_);
-    } else if (ConfigValue& top = *open_.back(); top.kind == ConfigValue::Kind::kList) {
-      open_.push_back(&top.items.emplace_back(std::move(value)));
     } else {
-      open_.push_back(&top.entries.emplace_back(std::move(key_), std::move(value)).second);
+      if (has_key_) value.name = std::move(key_);
       has_key_ = false;
+      open_.push_back(&open_.back()->items.emplace_back(std::move(value)));
     }
     return *open_.back();
   }
@@ -155,12 +155,20 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-const ConfigValue* ConfigValue::find(std::string_view name) const {
-  const auto entry = std::find_if(entries.begin(), entries.end(), [&](const auto& e) { return e.first == name; });
-  return entry == entries.end() ? nullptr : &entry->second;
+const ConfigValue* ConfigValue::find(std::string_view wanted) const {
+  if (kind != Kind::kMap) return nullptr;
+  const auto entry = std::find_if(items.begin(), items.end(), [&](const ConfigValue& item) { return item.name == wanted; });
+  return entry == items.end() ? nullptr : &*entry;
 }
 
-ConfigValue* ConfigValue::find(std::string_view name) { return const_cast<ConfigValue*>(std::as_const(*this).find(name)); }
+ConfigValue* ConfigValue::find(std::string_view wanted) { return const_cast<ConfigValue*>(std::as_const(*this).find(wanted)); }
+
+std::vector<std::string> ConfigValue::keys() const {
+  std::vector<std::string> keys;
+  if (kind != Kind::kMap) return keys;
+  for (const ConfigValue& item : items) keys.push_back(item.name);
+  return keys;
+}
 
 std::string ConfigValue::describe() const {
   switch (kind) {

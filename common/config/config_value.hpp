@@ -7,7 +7,6 @@
 #include <memory>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace breakshot::detail {
@@ -17,18 +16,20 @@ struct ConfigValue {
   enum class Kind { kNothing, kScalar, kList, kMap };
 
   Kind kind = Kind::kNothing;
-  std::string scalar;                                        ///< kScalar
-  bool quoted = false;                                       ///< kScalar: written in quotes, so a text and never a number or a flag
-  std::vector<ConfigValue> items;                            ///< kList
-  std::vector<std::pair<std::string, ConfigValue>> entries;  ///< kMap, in the order of the file
-  std::string place;                                         ///< "file:line" or "--set"
-  std::string key;                                           ///< dotted from the root; "" for the root
-  std::filesystem::path folder;                              ///< what relative paths count from
+  std::string scalar;              ///< kScalar
+  bool quoted = false;             ///< kScalar: written in quotes, so a text and never a number or a flag
+  std::string name;                ///< in a map: its key there
+  std::vector<ConfigValue> items;  ///< kList: its items; kMap: its entries, in the order of the file
+  std::string place;               ///< "file:line" or "--set"
+  std::string key;                 ///< dotted from the root; "" for the root
+  std::filesystem::path folder;    ///< what relative paths count from
   /// kMap: keys that a reader asked for, in order. Bookkeeping for finish(), not part of the value.
   mutable std::vector<std::string> asked;
 
-  const ConfigValue* find(std::string_view name) const;
-  ConfigValue* find(std::string_view name);
+  /// The entry of a map; nullptr when it is not there, or this is no map.
+  const ConfigValue* find(std::string_view wanted) const;
+  ConfigValue* find(std::string_view wanted);
+  std::vector<std::string> keys() const;
   /// For people, cut to a line: `0.3`, "a list of 3", "a map", "nothing".
   std::string describe() const;
 };

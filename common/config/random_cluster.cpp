@@ -48,8 +48,8 @@ void add_places_between(const FormationDisc& a, const FormationDisc& b, double r
   const Vector2 n = p_AB / apart;
   const Vector2 foot = a.p_WD + along * n;
   const Vector2 aside = std::sqrt(square) * perpendicular(n);
-  places.push_back(foot + aside);
-  places.push_back(foot - aside);
+  places.emplace_back(foot + aside);
+  places.emplace_back(foot - aside);
 }
 
 /// A free place that touches two discs: of two drawn, the one nearer to the middle of the cluster.

@@ -23,19 +23,19 @@ UrdfLines::UrdfLines(const std::string& text, std::string file) : file_{std::mov
   for (const auto* element = robot->FirstChildElement(); element != nullptr; element = element->NextSiblingElement()) {
     const char* const name = element->Attribute("name");
     if (name == nullptr) continue;  // urdfdom refuses it
-    const std::string_view kind = element->Name();
-    if (kind == "link") add(links_, *element, name);
+    const std::string kind = element->Name();
+    if (kind == "link") add(links_, kind, name, element->GetLineNum());
     if (kind == "joint") {
-      add(joints_, *element, name);
+      add(joints_, kind, name, element->GetLineNum());
       if (const auto* const limit = element->FirstChildElement("limit")) limits_.emplace(name, limit->GetLineNum());
     }
   }
 }
 
-void UrdfLines::add(Index& index, const tinyxml2::XMLElement& element, const char* name) const {
-  const auto [entry, added] = index.emplace(name, element.GetLineNum());
+void UrdfLines::add(Index& index, const std::string& kind, const std::string& name, int line) const {
+  const auto [entry, added] = index.emplace(name, line);
   if (added) return;
-  throw ArmDescriptionError{file_ + ":" + std::to_string(element.GetLineNum()) + ": " + element.Name() + " " + name +
+  throw ArmDescriptionError{file_ + ":" + std::to_string(line) + ": " + kind + " " + name +
                             ": found the name a second time; allowed: each name once; the first is at line " +
                             std::to_string(entry->second)};
 }

@@ -7,10 +7,6 @@
 #include <string_view>
 #include <vector>
 
-namespace tinyxml2 {
-class XMLElement;
-}  // namespace tinyxml2
-
 namespace breakshot::urdf_detail {
 
 /// Where the elements of a URDF stand. urdfdom knows no line numbers, so the text is read a second time for them.
@@ -32,7 +28,7 @@ class UrdfLines {
 
  private:
   using Index = std::map<std::string, int, std::less<>>;
-  void add(Index& index, const tinyxml2::XMLElement& element, const char* name) const;
+  void add(Index& index, const std::string& kind, const std::string& name, int line) const;
   std::string place(const Index& index, std::string_view name) const;
 
   std::string file_;
