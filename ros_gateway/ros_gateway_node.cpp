@@ -5,6 +5,7 @@
 #include "common/process/health_publisher.hpp"
 #include "common/urdf/arm_description.hpp"
 #include "ros_gateway/markers.hpp"
+#include "ros_gateway/ros_gateway_config.hpp"
 #include "ros_gateway/ros_topics.hpp"
 
 #include <atomic>
@@ -83,7 +84,7 @@ sensor_msgs::msg::Image image_message(ColorFrame&& frame) {
 void run_ros_gateway(process::Process& process) {
   const CellConfig& cell = process.cell();
   const ArmDescription arm = load_arm(cell.arm.urdf, cell.arm.base_link, cell.arm.tip_link);
-  process.config().section("ros_gateway").finish();
+  const RosGatewayConfig config = load_ros_gateway_config(process.config().section("ros_gateway"));
   MarkerStyle style;
   style.disc_height = cell.disc_height;
   for (const auto& colour : cell.colours) {
@@ -91,7 +92,7 @@ void run_ros_gateway(process::Process& process) {
   }
 
   dds::Participant inner{cell.dds.cell, "breakshot-ros_gateway"};
-  dds::Participant outer{cell.dds.ros2, "breakshot"};
+  dds::Participant outer{cell.dds.ros2, "breakshot", config.interfaces};
   dds::Writer<sensor_msgs::msg::JointState> joints{outer};
   dds::Writer<sensor_msgs::msg::Image> images{outer};
   dds::Writer<visualization_msgs::msg::MarkerArray> marker_arrays{outer};

@@ -9,6 +9,7 @@
 #include "mes_gateway/mes_gateway_config.hpp"
 #include "perception/perception_config.hpp"
 #include "planner/planner_config.hpp"
+#include "ros_gateway/ros_gateway_config.hpp"
 #include "sim_bridge/sim_bridge_config.hpp"
 
 #include <gmock/gmock.h>
@@ -40,7 +41,7 @@ void load_everything(const ConfigDocument& document) {
   (void)perception::load_perception_config(document, cell);
   (void)planner::load_planner_config(document, cell);
   (void)mes::load_mes_gateway_config(document.section("mes_gateway"), cell);
-  document.section("ros_gateway").finish();
+  (void)ros::load_ros_gateway_config(document.section("ros_gateway"));
   (void)launcher::load_launcher_config(document.section("launcher"));
   // Last what is in other files: most of what this test breaks is found before they are opened.
   (void)load_cell_arm(cell);

@@ -25,7 +25,7 @@ BINARIES = sys.argv.pop()
 
 RELIABLE = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.Volatile, Policy.History.KeepLast(64))
 LATCHED = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
-PATIENCE_S = 120  # a loaded machine takes its time; nothing here asserts how fast
+PATIENCE_S = float(os.environ.get("BREAKSHOT_PATIENCE_S", "120"))  # a loaded machine takes its time; nothing here asserts how fast
 
 
 def take_one(reader, seconds=PATIENCE_S):
@@ -59,7 +59,7 @@ class CycloneDds(unittest.TestCase):
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             self.commands.write(command)
-            ack = wait_for(lambda: next((a for a in self.acks.take(64) if a.command_id == command.command_id), None), 0.5)
+            ack = wait_for(lambda: next((a for a in self.acks.take(64) if bytes(a.command_id) == bytes(command.command_id)), None), 0.5)
             if ack:
                 return ack
         self.fail("no ack\n" + self.cell.logs())
@@ -77,13 +77,14 @@ class CycloneDds(unittest.TestCase):
             if ack.verdict != wire.VerdictKind.REJECTED or time.monotonic() > deadline:
                 break
             time.sleep(0.5)
-        self.assertEqual(ack.verdict, wire.VerdictKind.ACCEPTED, ack.text + "\n" + self.cell.logs())
+        # DUPLICATE: the order was taken, but discovery was not done in time for the first ack.
+        self.assertIn(ack.verdict, (wire.VerdictKind.ACCEPTED, wire.VerdictKind.DUPLICATE), ack.text + "\n" + self.cell.logs())
 
         phases = []
 
         def ended():
             for job in self.jobs.take(64):
-                if job.order_id == order:
+                if bytes(job.order_id) == bytes(order):
                     phases.append(job.phase)
                     if job.phase in (wire.JobPhase.ENDED, wire.JobPhase.ABORTED):
                         return job

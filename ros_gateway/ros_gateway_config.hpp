@@ -1,0 +1,17 @@
+#pragma once
+
+#include "common/config/config_node.hpp"
+
+#include <string>
+#include <vector>
+
+namespace breakshot::ros {
+
+struct RosGatewayConfig {
+  std::vector<std::string> interfaces;  ///< IPv4 addresses through which ROS 2 tools are reached; empty: all
+};
+
+/// Reads section `ros_gateway`. @throws ConfigError
+RosGatewayConfig load_ros_gateway_config(const ConfigNode& section);
+
+}  // namespace breakshot::ros
