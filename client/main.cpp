@@ -39,7 +39,9 @@ int main(int argc, char** argv) {
   order->add_option("--max-pushes", options.spec.max_pushes, "Give up after so many pushes; 0: as configured");
   order->add_option("--timeout-s", timeout_s, "Give up after so many seconds; 0: as configured");
   order->add_option("--speed-scale", options.spec.speed_scale, "Scales the fastest hit, above 0 to 1")->capture_default_str();
-  order->add_option("--wait-s", wait_s, "How long to wait for a cell that is not ready yet")->check(CLI::Range(0.0, 600.0))->capture_default_str();
+  order->add_option("--wait-s", wait_s, "How long to wait for a cell that is not ready yet")
+      ->check(CLI::Range(0.0, 600.0))
+      ->capture_default_str();
   order->add_flag("--detach", options.detach, "Return as soon as the order is accepted");
   auto* stop = app.add_subcommand("stop", "Stop whatever order runs; the arm parks");
   auto* status = app.add_subcommand("status", "Show what every process says of itself");

@@ -30,7 +30,8 @@ std::string gap_text(double gap) { return std::isfinite(gap) ? fmt::format("{:.1
 bool is_final(mes::JobPhase phase) { return phase == mes::JobPhase::kEnded || phase == mes::JobPhase::kAborted; }
 
 /// Sends the order; tries again with a fresh command while the cell says that it is not ready yet.
-std::optional<mes::Ack> place(OrderClient& client, const OrderOptions& options, const mes::Id& order, const std::atomic<bool>& interrupted) {
+std::optional<mes::Ack> place(OrderClient& client, const OrderOptions& options, const mes::Id& order,
+                              const std::atomic<bool>& interrupted) {
   const auto give_up = steady_clock::now() + options.wait_ready;
   std::optional<mes::Ack> ack;
   std::string last_why;
@@ -78,8 +79,9 @@ int run_order(OrderClient& client, const OrderOptions& options, const std::atomi
       return kExitNoAnswer;
     }
     heard = now;
-    say(fmt::format("{:6.1f} s  {:<16}  {}/{} singulated  {} hits  {} pushes  smallest gap {}{}", to_seconds(now - begin), mes::to_string(job->phase),
-                    job->discs_singulated, job->discs_seen, job->hits, job->pushes, gap_text(job->min_gap), job->text.empty() ? "" : "  " + job->text));
+    say(fmt::format("{:6.1f} s  {:<16}  {}/{} singulated  {} hits  {} pushes  smallest gap {}{}", to_seconds(now - begin),
+                    mes::to_string(job->phase), job->discs_singulated, job->discs_seen, job->hits, job->pushes, gap_text(job->min_gap),
+                    job->text.empty() ? "" : "  " + job->text));
     if (is_final(job->phase)) return job->phase == mes::JobPhase::kEnded ? kExitEnded : kExitAborted;
   }
 }

@@ -33,12 +33,13 @@ nlohmann::json to_json(const Health& h) {
 }
 
 void print(const std::map<std::string, Health>& processes) {
-  fmt::print("{:<14}{:<10}{:>8}{:>10}{:>8}{:>8}{:>9}{:>10}{:>11}{:>9}  {}\n", "process", "state", "pid", "up s", "cpu %", "MiB", "loop Hz", "overruns",
-             "wake p99", "dropped", "says");
+  fmt::print("{:<14}{:<10}{:>8}{:>10}{:>8}{:>8}{:>9}{:>10}{:>11}{:>9}  {}\n", "process", "state", "pid", "up s", "cpu %", "MiB", "loop Hz",
+             "overruns", "wake p99", "dropped", "says");
   for (const auto& [name, h] : processes) {
     const double up = to_seconds(h.uptime);
     fmt::print("{:<14}{:<10}{:>8}{:>10.1f}{:>8.1f}{:>8.1f}{:>9.1f}{:>10}{:>8.0f} us{:>9}  {}\n", name, to_string(h.state), h.pid, up,
-               up > 0.0 ? 100.0 * h.cpu_s / up : 0.0, static_cast<double>(h.rss_bytes) / 1048576.0, h.loop_hz, h.overruns, h.wakeup_p99_us, h.dropped, h.text);
+               up > 0.0 ? 100.0 * h.cpu_s / up : 0.0, static_cast<double>(h.rss_bytes) / 1048576.0, h.loop_hz, h.overruns, h.wakeup_p99_us,
+               h.dropped, h.text);
   }
 }
 
@@ -62,7 +63,8 @@ int run_status(int cell_domain, OrderClient& client, Duration listen, bool json)
     fmt::print("nothing heard on cell domain {}: the cell is down (./breakshot up starts it)\n", cell_domain);
   } else {
     print(processes);
-    if (robot) fmt::print("\nfactory side: {}, {}\n", mes::to_string(robot->state), robot->accepting ? "takes orders" : "takes no order now");
+    if (robot)
+      fmt::print("\nfactory side: {}, {}\n", mes::to_string(robot->state), robot->accepting ? "takes orders" : "takes no order now");
   }
   if (processes.empty()) return kNothingHeard;
   return std::all_of(processes.begin(), processes.end(), [](const auto& p) { return p.second.state == HealthState::kReady; }) ? 0 : 1;

@@ -11,8 +11,8 @@ namespace breakshot {
 struct ColorFrame {
   std::uint64_t seq = 0;
   Time exposed{};
-  int width = 0, height = 0;       ///< px
-  std::vector<std::uint8_t> rgb;   ///< 3 * width * height
+  int width = 0, height = 0;      ///< px
+  std::vector<std::uint8_t> rgb;  ///< 3 * width * height
 };
 
 /// The depth image registered to the colour image of the same seq. Travels on `cell/depth`.

@@ -17,10 +17,8 @@ class [[nodiscard]] Result {
 
  public:
   // NOLINTBEGIN(google-explicit-constructor): a function returns its value or its error as it is
-  constexpr Result(T value) noexcept(std::is_nothrow_move_constructible_v<T>)
-      : state_{std::in_place_index<0>, std::move(value)} {}
-  constexpr Result(E error) noexcept(std::is_nothrow_move_constructible_v<E>)
-      : state_{std::in_place_index<1>, std::move(error)} {}
+  constexpr Result(T value) noexcept(std::is_nothrow_move_constructible_v<T>) : state_{std::in_place_index<0>, std::move(value)} {}
+  constexpr Result(E error) noexcept(std::is_nothrow_move_constructible_v<E>) : state_{std::in_place_index<1>, std::move(error)} {}
   // NOLINTEND(google-explicit-constructor)
 
   constexpr explicit operator bool() const noexcept { return state_.index() == 0; }

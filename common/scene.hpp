@@ -16,43 +16,43 @@ inline constexpr std::size_t kMaxSceneContacts = 3 * kMaxSceneDiscs;
 
 /// A disc as perception sees it. Never ground truth.
 struct SceneDisc {
-  std::uint32_t id = 0;                       ///< stays with the disc from frame to frame as long as tracking holds; unique in a scene
-  Vector2 p_WD{0.0, 0.0};                     ///< centre, m
-  Matrix2 covariance{Matrix2::Zero()};        ///< of p_WD, m^2
-  Vector2 v_WD_W{0.0, 0.0};                   ///< from frame to frame; zero when the disc was not in the last frame, m/s
-  double radius = 0.0;                        ///< m
-  double radius_sigma = 0.0;                  ///< standard deviation of radius, m
-  std::uint8_t colour = 0;                    ///< index into the colour table of the configuration
-  bool complete = true;                       ///< the whole outline was seen (not cut by the image border or hidden)
+  std::uint32_t id = 0;                 ///< stays with the disc from frame to frame as long as tracking holds; unique in a scene
+  Vector2 p_WD{0.0, 0.0};               ///< centre, m
+  Matrix2 covariance{Matrix2::Zero()};  ///< of p_WD, m^2
+  Vector2 v_WD_W{0.0, 0.0};             ///< from frame to frame; zero when the disc was not in the last frame, m/s
+  double radius = 0.0;                  ///< m
+  double radius_sigma = 0.0;            ///< standard deviation of radius, m
+  std::uint8_t colour = 0;              ///< index into the colour table of the configuration
+  bool complete = true;                 ///< the whole outline was seen (not cut by the image border or hidden)
 };
 
 /// Two discs that perception takes for touching, with the push that the paper's contour method finds (Sec. 5, Fig. 7).
 struct SceneContact {
-  std::uint16_t a = 0, b = 0;         ///< indices into Scene::discs, a < b
-  double gap = 0.0;                   ///< from the fitted circles; slightly negative by noise when touching, m
-  double p_touch = 0.0;               ///< probability that they touch
-  Vector2 push_start_W{0.0, 0.0};     ///< end of the overlap's long axis nearer to the arm, m
-  Vector2 push_direction_W{0.0, 0.0}; ///< unit vector along the overlap's long axis, away from the arm
-  double contour_length = 0.0;        ///< extent of the overlap along that axis, m
+  std::uint16_t a = 0, b = 0;          ///< indices into Scene::discs, a < b
+  double gap = 0.0;                    ///< from the fitted circles; slightly negative by noise when touching, m
+  double p_touch = 0.0;                ///< probability that they touch
+  Vector2 push_start_W{0.0, 0.0};      ///< end of the overlap's long axis nearer to the arm, m
+  Vector2 push_direction_W{0.0, 0.0};  ///< unit vector along the overlap's long axis, away from the arm
+  double contour_length = 0.0;         ///< extent of the overlap along that axis, m
 };
 
 enum class SceneQuality : std::uint8_t {
   kOk = 0,
-  kDark = 1,       ///< the image carries no usable light
-  kFrozen = 2,     ///< the same content under new stamps
-  kBadImage = 3,   ///< wrong size, encoding or stamp
+  kDark = 1,      ///< the image carries no usable light
+  kFrozen = 2,    ///< the same content under new stamps
+  kBadImage = 3,  ///< wrong size, encoding or stamp
 };
 
 /// What stands on the table. Travels on `cell/scene` once per camera frame.
 struct Scene {
   std::uint64_t seq = 0;
-  std::uint64_t frame_seq = 0;   ///< sequence number of the colour frame that it was made from
-  Time exposed{};                ///< when that frame was exposed
+  std::uint64_t frame_seq = 0;  ///< sequence number of the colour frame that it was made from
+  Time exposed{};               ///< when that frame was exposed
   SceneQuality quality = SceneQuality::kOk;
   double max_speed = 0.0;        ///< fastest disc since the last frame, m/s; infinity when a disc came or went
   std::vector<SceneDisc> discs;  ///< at most kMaxSceneDiscs
   std::vector<SceneContact> contacts;
-  std::string text;              ///< for people, when quality is not kOk
+  std::string text;  ///< for people, when quality is not kOk
 };
 
 const char* to_string(SceneQuality quality) noexcept;

@@ -16,15 +16,15 @@ enum class StrokeKind : std::uint8_t {
 
 /// What the planner asks of the controller. Travels on `cell/stroke`.
 struct StrokeRequest {
-  std::uint64_t id = 0;               ///< unique within a planner session, from 1; never used twice
+  std::uint64_t id = 0;  ///< unique within a planner session, from 1; never used twice
   StrokeKind kind = StrokeKind::kPark;
   /// Where the striker's *axis* is, in W: for a hit at the instant of first contact, for a push where the straight line begins, m.
   Vector2 p_WS{0.0, 0.0};
-  Vector2 direction_W{1.0, 0.0};      ///< unit vector of travel
-  double speed = 0.0;                 ///< of the tip along direction_W: a hit's at contact, a push's while it runs, m/s
-  double run_in = 0.0;                ///< hit: straight approach that ends in p_WS; the striker comes down before it, m
-  double length = 0.0;                ///< push: length of the straight line, m; a hit ignores it (its follow-through is as short as the arm can brake)
-  bool park_after = true;             ///< go to the park pose when the stroke is done, so that the camera sees the table
+  Vector2 direction_W{1.0, 0.0};  ///< unit vector of travel
+  double speed = 0.0;             ///< of the tip along direction_W: a hit's at contact, a push's while it runs, m/s
+  double run_in = 0.0;            ///< hit: straight approach that ends in p_WS; the striker comes down before it, m
+  double length = 0.0;     ///< push: length of the straight line, m; a hit ignores it (its follow-through is as short as the arm can brake)
+  bool park_after = true;  ///< go to the park pose when the stroke is done, so that the camera sees the table
 };
 
 /// Where a stroke is in its life. kRefused, kDone and kStopped are final.
@@ -36,8 +36,8 @@ enum class StrokePhase : std::uint8_t {
   kRetreat = 4,        ///< lifting away
   kParking = 5,        ///< discs are free and the arm goes to the park pose
   kDone = 6,
-  kRefused = 7,        ///< not planned: see RefusalReason; the arm did not move
-  kStopped = 8,        ///< begun but stopped on the way: see text
+  kRefused = 7,  ///< not planned: see RefusalReason; the arm did not move
+  kStopped = 8,  ///< begun but stopped on the way: see text
 };
 
 constexpr bool is_final(StrokePhase phase) noexcept {
@@ -46,14 +46,14 @@ constexpr bool is_final(StrokePhase phase) noexcept {
 
 enum class RefusalReason : std::uint8_t {
   kNone = 0,
-  kBadRequest = 1,     ///< NaN, direction not of unit length, speed or length out of range
-  kUnreachable = 2,    ///< no joint configuration puts the striker there
-  kTooFast = 3,        ///< beyond what the arm attains there; `attainable` says what it does, m/s
-  kOutOfBounds = 4,    ///< the striker would leave the area it may work in, or touch the table
-  kJointLimit = 5,     ///< a joint would leave its range, speed, acceleration or jerk on the way
-  kBusy = 6,           ///< another stroke runs
-  kNotReady = 7,       ///< no fresh joint state, or the controller is stopped
-  kTooLong = 8,        ///< the trajectory does not fit the controller's fixed-size buffer
+  kBadRequest = 1,   ///< NaN, direction not of unit length, speed or length out of range
+  kUnreachable = 2,  ///< no joint configuration puts the striker there
+  kTooFast = 3,      ///< beyond what the arm attains there; `attainable` says what it does, m/s
+  kOutOfBounds = 4,  ///< the striker would leave the area it may work in, or touch the table
+  kJointLimit = 5,   ///< a joint would leave its range, speed, acceleration or jerk on the way
+  kBusy = 6,         ///< another stroke runs
+  kNotReady = 7,     ///< no fresh joint state, or the controller is stopped
+  kTooLong = 8,      ///< the trajectory does not fit the controller's fixed-size buffer
 };
 
 /// What the controller says of a stroke. Travels on `cell/stroke_status` on every change and at 50 Hz.
@@ -61,12 +61,12 @@ struct StrokeStatus {
   std::uint64_t id = 0;
   StrokePhase phase = StrokePhase::kAccepted;
   RefusalReason reason = RefusalReason::kNone;
-  double attainable = 0.0;         ///< with kTooFast: the speed that would have been accepted, m/s
+  double attainable = 0.0;  ///< with kTooFast: the speed that would have been accepted, m/s
   Time stamp{};
-  Duration planned_contact{};      ///< from the first motion to p_WS, as planned
-  Duration planned_total{};        ///< from the first motion to rest, as planned
-  double contact_speed = 0.0;      ///< measured tip speed along direction_W where the set-point passed p_WS, m/s; 0 before
-  std::string text;                ///< for people: what was found and what is allowed; at most 255 characters
+  Duration planned_contact{};  ///< from the first motion to p_WS, as planned
+  Duration planned_total{};    ///< from the first motion to rest, as planned
+  double contact_speed = 0.0;  ///< measured tip speed along direction_W where the set-point passed p_WS, m/s; 0 before
+  std::string text;            ///< for people: what was found and what is allowed; at most 255 characters
 };
 
 /// "hit", "push", ...; "invalid" for a value outside the enum (such values can come from the wire).

@@ -18,7 +18,7 @@ using OrderId = std::array<std::uint8_t, 16>;
 struct TaskRequest {
   enum class Verb : std::uint8_t { kStart = 0, kCancel = 1, kPause = 2, kResume = 3 };
   Verb verb = Verb::kStart;
-  std::uint64_t seq = 0;           ///< of the gateway's requests; the planner acknowledges it in TaskStatus::request_seq
+  std::uint64_t seq = 0;  ///< of the gateway's requests; the planner acknowledges it in TaskStatus::request_seq
   OrderId order_id{};
   std::uint32_t order_rev = 0;
   double min_gap = 0.0;            ///< G: every pairwise gap is to reach it, m
@@ -27,12 +27,12 @@ struct TaskRequest {
   std::uint32_t max_hits = 0;
   std::uint32_t max_pushes = 0;
   Duration timeout{};
-  double speed_scale = 1.0;        ///< scales every hit's speed limit, (0, 1]
+  double speed_scale = 1.0;  ///< scales every hit's speed limit, (0, 1]
 };
 
 enum class TaskPhase : std::uint8_t {
   kIdle = 0,
-  kLooking = 1,   ///< waits for a scene at rest with the arm out of view
+  kLooking = 1,  ///< waits for a scene at rest with the arm out of view
   kDeciding = 2,
   kMoving = 3,    ///< a stroke runs
   kSettling = 4,  ///< discs slide or the arm parks
@@ -69,7 +69,7 @@ struct PhaseTimes {
 struct TaskStatus {
   OrderId order_id{};
   std::uint32_t order_rev = 0;
-  std::uint64_t request_seq = 0;   ///< last TaskRequest::seq that was taken
+  std::uint64_t request_seq = 0;  ///< last TaskRequest::seq that was taken
   TaskPhase phase = TaskPhase::kIdle;
   TaskFailure failure = TaskFailure::kNone;
   Time stamp{}, started{}, ended{};
@@ -77,15 +77,15 @@ struct TaskStatus {
   std::uint32_t discs_singulated = 0;  ///< discs of which every gap is at least min_gap
   std::uint32_t discs_lost = 0;
   std::uint32_t hits = 0, pushes = 0;
-  double smallest_gap = 0.0;       ///< m; infinity with fewer than two discs
+  double smallest_gap = 0.0;  ///< m; infinity with fewer than two discs
   PhaseTimes times;
-  std::string text;                ///< for people; at most 255 characters
+  std::string text;  ///< for people; at most 255 characters
 };
 
 /// One way on that a strategy considered.
 struct Candidate {
   StrokeRequest stroke;
-  double cost_s = 0.0;          ///< expected time to finish that way, s; what the choice minimises
+  double cost_s = 0.0;  ///< expected time to finish that way, s; what the choice minimises
   double p_singulated = 0.0;
   double p_lost = 0.0;
 };
@@ -96,13 +96,13 @@ struct Plan {
   OrderId order_id{};
   Time stamp{};
   std::uint64_t scene_seq = 0;
-  std::string strategy;               ///< "paper", "random_hybrid", ...; at most 31 characters
-  StrokeRequest stroke;               ///< what is going to be asked of the controller
-  std::string why;                    ///< for people; at most 255 characters
-  double predicted_gap = 0.0;         ///< smallest gap after the stroke in the virtual world, m; NaN when not predicted
+  std::string strategy;                 ///< "paper", "random_hybrid", ...; at most 31 characters
+  StrokeRequest stroke;                 ///< what is going to be asked of the controller
+  std::string why;                      ///< for people; at most 255 characters
+  double predicted_gap = 0.0;           ///< smallest gap after the stroke in the virtual world, m; NaN when not predicted
   std::vector<Vector2> predicted_p_WD;  ///< resting places in the virtual world, by scene index; empty when not predicted
-  std::vector<Candidate> candidates;  ///< best first, at most 5
-  Duration think{};                   ///< time that the decision took
+  std::vector<Candidate> candidates;    ///< best first, at most 5
+  Duration think{};                     ///< time that the decision took
 };
 
 /// What a stroke achieved. Travels on `cell/outcome` once per stroke, when the table rests again.
@@ -112,12 +112,12 @@ struct Outcome {
   Time stamp{};
   StrokePhase stroke_phase = StrokePhase::kDone;
   RefusalReason reason = RefusalReason::kNone;
-  double achieved_gap = 0.0;          ///< smallest gap seen afterwards, m
+  double achieved_gap = 0.0;  ///< smallest gap seen afterwards, m
   std::uint32_t contacts_left = 0;
   std::uint32_t discs_singulated = 0;
   std::uint32_t discs_lost = 0;
-  double contact_speed = 0.0;         ///< as the controller measured it, m/s
-  PhaseTimes times;                   ///< of this stroke alone, from the look before it to rest
+  double contact_speed = 0.0;  ///< as the controller measured it, m/s
+  PhaseTimes times;            ///< of this stroke alone, from the look before it to rest
 };
 
 const char* to_string(TaskPhase phase) noexcept;

@@ -99,8 +99,8 @@ class Gateway {
     auto ack = desk_.on_command(command, clock());
     if (!ack) return;
     ack->header = header();
-    spdlog::info("code=command verb={} order={} rev={} verdict={} reason={} text=\"{}\"", to_string(command.verb), to_text(command.order_id),
-                 command.order_rev, to_string(ack->verdict), to_string(ack->reason), ack->text);
+    spdlog::info("code=command verb={} order={} rev={} verdict={} reason={} text=\"{}\"", to_string(command.verb),
+                 to_text(command.order_id), command.order_rev, to_string(ack->verdict), to_string(ack->reason), ack->text);
     acks_.write(*ack);
   }
   void handle(const TaskStatus& status) { desk_.on_task_status(status, clock()); }
@@ -139,7 +139,8 @@ class Gateway {
     status.accepting = desk_.accepting();
     if (desk_.job() && !desk_.accepting()) status.active_order = desk_.job()->order_id;
     status.queue_free = desk_.accepting() ? 1 : 0;
-    status.mes_age_ms = static_cast<std::uint32_t>(std::min<std::int64_t>((now.cell - mes_heard_) / std::chrono::milliseconds{1}, 1'000'000'000));
+    status.mes_age_ms =
+        static_cast<std::uint32_t>(std::min<std::int64_t>((now.cell - mes_heard_) / std::chrono::milliseconds{1}, 1'000'000'000));
     if (const Health* controller = watch_.of("controller")) {
       status.loop_overruns = controller->overruns;
       status.loop_max_us = controller->wakeup_max_us;

@@ -68,7 +68,8 @@ std::optional<Ack> OrderDesk::on_command(const Command& command, const Now& now)
   if (command.header.robot_id != limits_.robot_id) return std::nullopt;
   if (const auto known = answered_.find(command.command_id); known != answered_.end()) {
     if (!same_content(known->second.command, command)) {
-      return reply(command, Verdict::kRejected, Reason::kSameRevDiffers, "this command_id was used before for another command; use a new one");
+      return reply(command, Verdict::kRejected, Reason::kSameRevDiffers,
+                   "this command_id was used before for another command; use a new one");
     }
     Ack again = known->second.ack;
     if (again.verdict == Verdict::kAccepted) again.verdict = Verdict::kDuplicate;
@@ -83,14 +84,17 @@ std::optional<Ack> OrderDesk::on_command(const Command& command, const Now& now)
 Ack OrderDesk::judge(const Command& command, const Now& now) {
   const auto reject = [&](Reason reason, std::string text) { return reply(command, Verdict::kRejected, reason, std::move(text)); };
   if (command.header.major != kMajor) {
-    return reject(Reason::kVersion, fmt::format("protocol version {}.{}; this cell speaks {}.x", command.header.major, command.header.minor, kMajor));
+    return reject(Reason::kVersion,
+                  fmt::format("protocol version {}.{}; this cell speaks {}.x", command.header.major, command.header.minor, kMajor));
   }
   if (command.verb > Verb::kQuery) {
-    return reject(Reason::kMalformed, fmt::format("verb is {}; allowed: 0 to {}", static_cast<unsigned>(command.verb), static_cast<unsigned>(Verb::kQuery)));
+    return reject(Reason::kMalformed,
+                  fmt::format("verb is {}; allowed: 0 to {}", static_cast<unsigned>(command.verb), static_cast<unsigned>(Verb::kQuery)));
   }
   if (!stops(command.verb)) {
     auto& source = sources_[command.header.source_id];
-    const bool older = command.header.session < source.session || (command.header.session == source.session && command.header.seq <= source.seq);
+    const bool older =
+        command.header.session < source.session || (command.header.session == source.session && command.header.seq <= source.seq);
     if (older) return reject(Reason::kStale, "session or seq is not newer than the last command of this source");
     source = {command.header.session, command.header.seq};
     const double age_ms = static_cast<double>(now.utc_ns - command.header.stamp_utc_ns) * 1e-6;
@@ -109,15 +113,17 @@ Ack OrderDesk::judge(const Command& command, const Now& now) {
       if (!job_ || job_->order_id != command.order_id) return reject(Reason::kUnknownOrder, "no such order");
       return reply(command, Verdict::kAccepted, Reason::kNone, fmt::format("the order is {}", to_string(job_->phase)));
     default:
-      return reject(Reason::kUnsupportedParam,
-                    fmt::format("{} is not served; served are STORE_AND_START, CANCEL, STOP, ABORT, PAUSE, RESUME, QUERY", to_string(command.verb)));
+      return reject(
+          Reason::kUnsupportedParam,
+          fmt::format("{} is not served; served are STORE_AND_START, CANCEL, STOP, ABORT, PAUSE, RESUME, QUERY", to_string(command.verb)));
   }
 }
 
 std::optional<Ack> OrderDesk::check_spec(const Command& command) const {
   const JobSpec& spec = command.spec;
   const auto reject = [&](Reason reason, std::string text) { return reply(command, Verdict::kRejected, reason, std::move(text)); };
-  for (const double number : {spec.min_gap, spec.speed_scale, spec.region.min.x(), spec.region.min.y(), spec.region.max.x(), spec.region.max.y()}) {
+  for (const double number :
+       {spec.min_gap, spec.speed_scale, spec.region.min.x(), spec.region.min.y(), spec.region.max.x(), spec.region.max.y()}) {
     if (!std::isfinite(number)) return reject(Reason::kMalformed, "a number of the order is NaN or infinite");
   }
   if (spec.min_gap < 0.0 || spec.min_gap > limits_.most_gap) {
@@ -130,13 +136,16 @@ std::optional<Ack> OrderDesk::check_spec(const Command& command) const {
     const Rect& w = limits_.workspace;
     const bool inside = w.contains(spec.region.min) && w.contains(spec.region.max);
     if (!inside || (spec.region.min.array() >= spec.region.max.array()).any()) {
-      return reject(Reason::kOutOfLimits, fmt::format("region_xyxy_m is not a rectangle within [{}, {}, {}, {}]", w.min.x(), w.min.y(), w.max.x(), w.max.y()));
+      return reject(Reason::kOutOfLimits,
+                    fmt::format("region_xyxy_m is not a rectangle within [{}, {}, {}, {}]", w.min.x(), w.min.y(), w.max.x(), w.max.y()));
     }
   }
   const auto most_ms = std::chrono::duration_cast<std::chrono::milliseconds>(limits_.most_timeout).count();
-  if (spec.timeout_ms > most_ms) return reject(Reason::kOutOfLimits, fmt::format("timeout_ms is {}; allowed: 0 to {}", spec.timeout_ms, most_ms));
+  if (spec.timeout_ms > most_ms)
+    return reject(Reason::kOutOfLimits, fmt::format("timeout_ms is {}; allowed: 0 to {}", spec.timeout_ms, most_ms));
   if (spec.max_hits > limits_.most_strokes || spec.max_pushes > limits_.most_strokes) {
-    return reject(Reason::kOutOfLimits, fmt::format("max_hits is {}, max_pushes is {}; allowed: 0 to {}", spec.max_hits, spec.max_pushes, limits_.most_strokes));
+    return reject(Reason::kOutOfLimits,
+                  fmt::format("max_hits is {}, max_pushes is {}; allowed: 0 to {}", spec.max_hits, spec.max_pushes, limits_.most_strokes));
   }
   if (spec.expect_discs > limits_.most_discs) {
     return reject(Reason::kOutOfLimits, fmt::format("expect_discs is {}; allowed: 0 to {}", spec.expect_discs, limits_.most_discs));
@@ -149,7 +158,8 @@ Ack OrderDesk::start(const Command& command, const Now& now) {
   if (command.order_id == Id{}) return reply(command, Verdict::kRejected, Reason::kMalformed, "order_id is all zero");
   if (active()) return reply(command, Verdict::kRejected, Reason::kOtherOrderActive, "order " + to_text(job_->order_id) + " is active");
   if (job_ && job_->order_id == command.order_id && command.order_rev <= job_->order_rev) {
-    return reply(command, Verdict::kRejected, Reason::kOrderClosed, "this order and revision has ended; send a new order_id or a higher order_rev");
+    return reply(command, Verdict::kRejected, Reason::kOrderClosed,
+                 "this order and revision has ended; send a new order_id or a higher order_rev");
   }
   if (!cell_ready_) return reply(command, Verdict::kRejected, Reason::kNotReady, not_ready_why_);
 
@@ -181,7 +191,8 @@ Ack OrderDesk::stop(const Command& command, const Now& now) {
     return reply(command, Verdict::kRejected, Reason::kUnknownOrder, "no such order");
   }
   if (!active()) {
-    if (command.verb == Verb::kCancel) return reply(command, Verdict::kRejected, Reason::kOrderClosed, fmt::format("the order is {}", to_string(job_->phase)));
+    if (command.verb == Verb::kCancel)
+      return reply(command, Verdict::kRejected, Reason::kOrderClosed, fmt::format("the order is {}", to_string(job_->phase)));
     return reply(command, Verdict::kAccepted, Reason::kNone, "nothing runs");
   }
   request(TaskRequest::Verb::kCancel, now);
@@ -206,7 +217,8 @@ void OrderDesk::on_task_status(const TaskStatus& status, const Now& now) {
   if (status.request_seq == task_.seq) request_pending_ = false;
   if (!active() || request_pending_) return;
   if (status.order_id != job_->order_id || status.order_rev != job_->order_rev) {
-    change(JobPhase::kAborted, PackState::kAborted, now, Reason::kInternal, "the planner lost the order (it was restarted); nothing resumes by itself");
+    change(JobPhase::kAborted, PackState::kAborted, now, Reason::kInternal,
+           "the planner lost the order (it was restarted); nothing resumes by itself");
     return;
   }
   const JobState before = *job_;
@@ -231,8 +243,9 @@ void OrderDesk::on_task_status(const TaskStatus& status, const Now& now) {
   const JobPhase phase = job_phase(status.phase);
   std::string text = status.text;
   if (status.phase == TaskPhase::kFailed) text = fmt::format("{}: {}", to_string(status.failure), status.text);
-  const bool news = before.discs_seen != job_->discs_seen || before.discs_singulated != job_->discs_singulated || before.hits != job_->hits ||
-                    before.pushes != job_->pushes || before.phase != phase || state != state_ || before.text != text;
+  const bool news = before.discs_seen != job_->discs_seen || before.discs_singulated != job_->discs_singulated ||
+                    before.hits != job_->hits || before.pushes != job_->pushes || before.phase != phase || state != state_ ||
+                    before.text != text;
   if (news) change(phase, state, now, job_result(status), std::move(text));
 }
 

@@ -15,10 +15,10 @@ namespace breakshot::mes {
 /// What an order may ask for, and what it gets where it asks for nothing.
 struct OrderLimits {
   std::uint32_t robot_id = 1;
-  Rect workspace;                       ///< an order's region must lie within it, m
-  double default_gap = 0.015;           ///< m
-  double most_gap = 0.10;               ///< m
-  std::uint32_t most_strokes = 100;     ///< most that max_hits or max_pushes may say
+  Rect workspace;                    ///< an order's region must lie within it, m
+  double default_gap = 0.015;        ///< m
+  double most_gap = 0.10;            ///< m
+  std::uint32_t most_strokes = 100;  ///< most that max_hits or max_pushes may say
   std::uint32_t default_hits = 8;
   std::uint32_t default_pushes = 24;
   Duration default_timeout = std::chrono::seconds{60};
@@ -88,8 +88,8 @@ class OrderDesk {
   std::string not_ready_why_ = "no process of the cell has been heard yet";
   PackState state_ = PackState::kIdle;
   std::optional<JobState> job_;
-  TaskRequest task_;                 // of the newest order, as last sent
-  bool request_pending_ = false;     // the planner has not acknowledged task_.seq
+  TaskRequest task_;              // of the newest order, as last sent
+  bool request_pending_ = false;  // the planner has not acknowledged task_.seq
   Time request_since_{};
   Time request_sent_{};
   Time status_heard_{};

@@ -10,10 +10,10 @@ namespace {
 enum class Type : std::int32_t { kArrow = 0, kCylinder = 3, kLineList = 5 };
 enum class Action : std::int32_t { kAdd = 0, kDeleteAll = 3 };
 
-constexpr double kContactWidth = 0.004;   // m, as drawn
-constexpr double kArrowShaft = 0.008;     // m
-constexpr double kRingHeight = 0.001;     // m
-constexpr double kDrawnRunUp = 0.10;      // m, arrow of a hit
+constexpr double kContactWidth = 0.004;  // m, as drawn
+constexpr double kArrowShaft = 0.008;    // m
+constexpr double kRingHeight = 0.001;    // m
+constexpr double kDrawnRunUp = 0.10;     // m, arrow of a hit
 
 geometry_msgs::msg::Point point(const Vector2& p, double z) {
   geometry_msgs::msg::Point to;
@@ -108,7 +108,8 @@ vis::MarkerArray make_markers(const Scene& scene, const std::optional<Plan>& pla
   if (plan) {
     if (plan->stroke.kind != StrokeKind::kPark) markers.push_back(stroke_arrow(scene, plan->stroke, style.disc_height));
     for (std::size_t i = 0; i < plan->predicted_p_WD.size() && i < scene.discs.size(); ++i) {
-      vis::Marker ring = cylinder(scene, "predicted", static_cast<std::int32_t>(i), plan->predicted_p_WD[i], scene.discs[i].radius, kRingHeight);
+      vis::Marker ring =
+          cylinder(scene, "predicted", static_cast<std::int32_t>(i), plan->predicted_p_WD[i], scene.discs[i].radius, kRingHeight);
       ring.color(colour(1.0F, 1.0F, 1.0F, 0.35F));
       markers.push_back(std::move(ring));
     }

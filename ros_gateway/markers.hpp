@@ -15,8 +15,8 @@ builtin_interfaces::msg::Time to_ros(Time time);
 
 /// How the table and the plan look in RViz or Foxglove.
 struct MarkerStyle {
-  double disc_height = 0.020;                            ///< m
-  std::vector<std::array<float, 3>> colours;             ///< of the discs, by SceneDisc::colour
+  double disc_height = 0.020;                 ///< m
+  std::vector<std::array<float, 3>> colours;  ///< of the discs, by SceneDisc::colour
 };
 
 /// Discs as cylinders, contacts as lines between centres, the chosen stroke as an arrow, predicted rests as flat rings; frame "world".

@@ -88,7 +88,8 @@ void run_ros_gateway(process::Process& process) {
   MarkerStyle style;
   style.disc_height = cell.disc_height;
   for (const auto& colour : cell.colours) {
-    style.colours.push_back({static_cast<float>(colour.rgb[0]) / 255.0F, static_cast<float>(colour.rgb[1]) / 255.0F, static_cast<float>(colour.rgb[2]) / 255.0F});
+    style.colours.push_back({static_cast<float>(colour.rgb[0]) / 255.0F, static_cast<float>(colour.rgb[1]) / 255.0F,
+                             static_cast<float>(colour.rgb[2]) / 255.0F});
   }
 
   dds::Participant inner{cell.dds.cell, "breakshot-ros_gateway"};

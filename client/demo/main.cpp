@@ -5,8 +5,8 @@
 #include "common/config/cell_config.hpp"
 #include "mes_gateway/mes_gateway_config.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
+#include <CLI/CLI.hpp>
 
 #include <atomic>
 #include <csignal>
@@ -164,7 +164,8 @@ class Demo {
 int main(int argc, char** argv) {
   using namespace breakshot;
   client::Arguments arguments;
-  CLI::App app{"Orders the table of a running cell to be singulated, shows every stroke, and leaves pictures and a record.", "breakshot-demo"};
+  CLI::App app{"Orders the table of a running cell to be singulated, shows every stroke, and leaves pictures and a record.",
+               "breakshot-demo"};
   app.add_option("--config", arguments.config, "The cell's configuration file")->required();
   app.add_option("--set", arguments.overrides, "Overrides one value of it (repeatable)")->allow_extra_args(false);
   app.add_option("--out", arguments.out, "Folder for before.png, after.png, decision-NN.png and run.json")->required();

@@ -16,9 +16,9 @@ namespace breakshot::client {
 /// One decision with all that belongs to it.
 struct DecisionRecord {
   Plan plan;
-  Scene scene;                        ///< that the decision was made on; empty when it was missed
-  std::optional<ColorFrame> frame;    ///< that the scene was made from
-  std::optional<Outcome> outcome;     ///< once the table rests again
+  Scene scene;                      ///< that the decision was made on; empty when it was missed
+  std::optional<ColorFrame> frame;  ///< that the scene was made from
+  std::optional<Outcome> outcome;   ///< once the table rests again
 };
 
 /// Watches a cell from the side, as an operator's display would: listens only.

@@ -11,7 +11,8 @@ PictureBook::PictureBook(std::filesystem::path folder, const CellConfig& cell) :
   std::filesystem::create_directories(folder_);
 }
 
-bool PictureBook::write(const std::string& file, const DecisionRecord& record, const CameraModel& camera, const std::string& headline) const {
+bool PictureBook::write(const std::string& file, const DecisionRecord& record, const CameraModel& camera,
+                        const std::string& headline) const {
   if (!record.frame) return false;
   perception::Annotation annotation;
   annotation.workspace = cell_.workspace;

@@ -21,17 +21,21 @@ json finite(double value) { return std::isfinite(value) ? json(value) : json(nul
 json to_json(const Vector2& p) { return json::array({p.x(), p.y()}); }
 
 json to_json(const PhaseTimes& t) {
-  return {{"look_s", to_seconds(t.look)}, {"decide_s", to_seconds(t.decide)}, {"move_s", to_seconds(t.move)}, {"settle_s", to_seconds(t.settle)}};
+  return {{"look_s", to_seconds(t.look)},
+          {"decide_s", to_seconds(t.decide)},
+          {"move_s", to_seconds(t.move)},
+          {"settle_s", to_seconds(t.settle)}};
 }
 
 json to_json(const StrokeRequest& s) {
-  return {{"id", s.id},         {"kind", to_string(s.kind)}, {"p_WS", to_json(s.p_WS)}, {"direction_W", to_json(s.direction_W)},
-          {"speed", s.speed},   {"run_in", s.run_in},        {"length", s.length}};
+  return {{"id", s.id},       {"kind", to_string(s.kind)}, {"p_WS", to_json(s.p_WS)}, {"direction_W", to_json(s.direction_W)},
+          {"speed", s.speed}, {"run_in", s.run_in},        {"length", s.length}};
 }
 
 json to_json(const Scene& scene) {
   json out{{"seq", scene.seq}, {"discs", json::array()}, {"contacts", json::array()}};
-  for (const auto& d : scene.discs) out["discs"].push_back({{"id", d.id}, {"p_WD", to_json(d.p_WD)}, {"radius", d.radius}, {"colour", d.colour}});
+  for (const auto& d : scene.discs)
+    out["discs"].push_back({{"id", d.id}, {"p_WD", to_json(d.p_WD)}, {"radius", d.radius}, {"colour", d.colour}});
   for (const auto& c : scene.contacts) out["contacts"].push_back({{"a", c.a}, {"b", c.b}, {"gap", c.gap}, {"p_touch", c.p_touch}});
   return out;
 }
@@ -47,9 +51,10 @@ json to_json(const DecisionRecord& record) {
   for (const auto& p : plan.predicted_p_WD) out["predicted_p_WD"].push_back(to_json(p));
   if (record.outcome) {
     const Outcome& o = *record.outcome;
-    out["outcome"] = {{"phase", to_string(o.stroke_phase)},   {"reason", to_string(o.reason)},           {"achieved_gap", finite(o.achieved_gap)},
-                      {"contacts_left", o.contacts_left},     {"discs_singulated", o.discs_singulated}, {"discs_lost", o.discs_lost},
-                      {"contact_speed", o.contact_speed},     {"times", to_json(o.times)}};
+    out["outcome"] = {{"phase", to_string(o.stroke_phase)},     {"reason", to_string(o.reason)},
+                      {"achieved_gap", finite(o.achieved_gap)}, {"contacts_left", o.contacts_left},
+                      {"discs_singulated", o.discs_singulated}, {"discs_lost", o.discs_lost},
+                      {"contact_speed", o.contact_speed},       {"times", to_json(o.times)}};
   }
   return out;
 }
@@ -88,16 +93,18 @@ bool succeeded(const RunRecord& run) {
 std::string decision_line(std::size_t index, const Plan& plan) {
   const StrokeRequest& s = plan.stroke;
   const double bearing = std::atan2(s.direction_W.y(), s.direction_W.x()) * 180.0 / std::numbers::pi;
-  return fmt::format("#{:<2} {:<4} {:.2f} m/s at ({:+.3f}, {:+.3f}) m towards {:+4.0f} deg   predicted gap {:>7}   {}", index + 1, to_string(s.kind), s.speed,
-                     s.p_WS.x(), s.p_WS.y(), bearing, mm(plan.predicted_gap), plan.why);
+  return fmt::format("#{:<2} {:<4} {:.2f} m/s at ({:+.3f}, {:+.3f}) m towards {:+4.0f} deg   predicted gap {:>7}   {}", index + 1,
+                     to_string(s.kind), s.speed, s.p_WS.x(), s.p_WS.y(), bearing, mm(plan.predicted_gap), plan.why);
 }
 
 std::string outcome_line(const Plan& plan, const Outcome& o) {
   if (o.stroke_phase != StrokePhase::kDone) return fmt::format("    {}: {}", to_string(o.stroke_phase), to_string(o.reason));
   const std::string contact = plan.stroke.kind == StrokeKind::kHit ? fmt::format("struck at {:.2f} m/s, ", o.contact_speed) : std::string{};
-  return fmt::format("    {}smallest gap {}, {} discs singulated, {} contacts left{}   (look {:.2f}, decide {:.2f}, move {:.2f}, settle {:.2f} s)", contact,
-                     mm(o.achieved_gap), o.discs_singulated, o.contacts_left, o.discs_lost > 0 ? fmt::format(", {} LOST", o.discs_lost) : std::string{},
-                     to_seconds(o.times.look), to_seconds(o.times.decide), to_seconds(o.times.move), to_seconds(o.times.settle));
+  return fmt::format(
+      "    {}smallest gap {}, {} discs singulated, {} contacts left{}   (look {:.2f}, decide {:.2f}, move {:.2f}, settle {:.2f} s)",
+      contact, mm(o.achieved_gap), o.discs_singulated, o.contacts_left,
+      o.discs_lost > 0 ? fmt::format(", {} LOST", o.discs_lost) : std::string{}, to_seconds(o.times.look), to_seconds(o.times.decide),
+      to_seconds(o.times.move), to_seconds(o.times.settle));
 }
 
 std::string summary(const RunRecord& run) {
@@ -111,8 +118,8 @@ std::string summary(const RunRecord& run) {
     row("strokes", fmt::format("{} ({} hits, {} pushes)", t.hits + t.pushes, t.hits, t.pushes));
     row("discs", fmt::format("{} seen, {} singulated, {} lost", t.discs_seen, t.discs_singulated, t.discs_lost));
     row("smallest gap", fmt::format("{} seen (asked: {})", mm(t.smallest_gap), mm(run.target_gap)));
-    row("time by phase", fmt::format("look {:.2f}  decide {:.2f}  move {:.2f}  settle {:.2f} s (cell clock)", to_seconds(t.times.look), to_seconds(t.times.decide),
-                                     to_seconds(t.times.move), to_seconds(t.times.settle)));
+    row("time by phase", fmt::format("look {:.2f}  decide {:.2f}  move {:.2f}  settle {:.2f} s (cell clock)", to_seconds(t.times.look),
+                                     to_seconds(t.times.decide), to_seconds(t.times.move), to_seconds(t.times.settle)));
   }
   if (run.truth) {
     row("scored by truth", fmt::format("smallest gap {}, {} of {} discs outside the workspace", mm(smallest_true_gap(*run.truth)),
@@ -123,23 +130,20 @@ std::string summary(const RunRecord& run) {
   for (const auto& [name, h] : run.healths) {
     const double up = to_seconds(h.uptime);
     std::string loop;
-    if (h.loop_hz > 0.0) loop = fmt::format("   loop {:.1f} Hz, {} overruns, wake-up p99 {:.0f} us", h.loop_hz, h.overruns, h.wakeup_p99_us);
-    row(name, fmt::format("cpu {:5.1f} %  memory {:6.1f} MiB{}", up > 0.0 ? 100.0 * h.cpu_s / up : 0.0, static_cast<double>(h.rss_bytes) / 1048576.0, loop));
+    if (h.loop_hz > 0.0)
+      loop = fmt::format("   loop {:.1f} Hz, {} overruns, wake-up p99 {:.0f} us", h.loop_hz, h.overruns, h.wakeup_p99_us);
+    row(name, fmt::format("cpu {:5.1f} %  memory {:6.1f} MiB{}", up > 0.0 ? 100.0 * h.cpu_s / up : 0.0,
+                          static_cast<double>(h.rss_bytes) / 1048576.0, loop));
   }
   return out;
 }
 
 json to_json(const RunRecord& run) {
-  json out{{"formation", run.formation},
-           {"strategy", run.strategy},
-           {"success", succeeded(run)},
-           {"wall_s", to_seconds(run.wall)},
-           {"target_gap", run.target_gap},
-           {"scene_rate", run.scene_rate},
-           {"machine", machine()},
-           {"decisions", json::array()}};
+  json out{{"formation", run.formation},   {"strategy", run.strategy},     {"success", succeeded(run)}, {"wall_s", to_seconds(run.wall)},
+           {"target_gap", run.target_gap}, {"scene_rate", run.scene_rate}, {"machine", machine()},      {"decisions", json::array()}};
   for (const auto& record : run.decisions) out["decisions"].push_back(to_json(record));
-  if (run.job) out["order"] = {{"phase", mes::to_string(run.job->phase)}, {"result", mes::to_string(run.job->result)}, {"text", run.job->text}};
+  if (run.job)
+    out["order"] = {{"phase", mes::to_string(run.job->phase)}, {"result", mes::to_string(run.job->result)}, {"text", run.job->text}};
   if (run.task) {
     const TaskStatus& t = *run.task;
     out["task"] = {{"phase", to_string(t.phase)},
@@ -153,13 +157,23 @@ json to_json(const RunRecord& run) {
                    {"times", to_json(t.times)}};
   }
   if (run.truth) {
-    out["truth"] = {{"smallest_gap", finite(smallest_true_gap(*run.truth))}, {"discs_lost", truly_lost(*run.truth, run.workspace)}, {"strikes", run.truth->strikes}};
+    out["truth"] = {{"smallest_gap", finite(smallest_true_gap(*run.truth))},
+                    {"discs_lost", truly_lost(*run.truth, run.workspace)},
+                    {"strikes", run.truth->strikes}};
     for (const auto& d : run.truth->discs) out["truth"]["p_WD"].push_back(to_json(d.p_WD));
   }
   for (const auto& [name, h] : run.healths) {
-    out["processes"][name] = {{"cpu_s", h.cpu_s},         {"uptime_s", to_seconds(h.uptime)}, {"rss_bytes", h.rss_bytes},           {"loop_hz", h.loop_hz},
-                              {"overruns", h.overruns},   {"cycles", h.cycles},               {"wakeup_p99_us", h.wakeup_p99_us},   {"wakeup_max_us", h.wakeup_max_us},
-                              {"compute_p99_us", h.compute_p99_us}, {"compute_max_us", h.compute_max_us}, {"dropped", h.dropped}};
+    out["processes"][name] = {{"cpu_s", h.cpu_s},
+                              {"uptime_s", to_seconds(h.uptime)},
+                              {"rss_bytes", h.rss_bytes},
+                              {"loop_hz", h.loop_hz},
+                              {"overruns", h.overruns},
+                              {"cycles", h.cycles},
+                              {"wakeup_p99_us", h.wakeup_p99_us},
+                              {"wakeup_max_us", h.wakeup_max_us},
+                              {"compute_p99_us", h.compute_p99_us},
+                              {"compute_max_us", h.compute_max_us},
+                              {"dropped", h.dropped}};
   }
   return out;
 }

@@ -12,17 +12,17 @@ namespace breakshot::client {
 
 /// All that a run came to. Images are written as they come and are not kept here.
 struct RunRecord {
-  std::string formation;                ///< as asked on the command line; for the record only
+  std::string formation;  ///< as asked on the command line; for the record only
   std::string strategy;
-  double target_gap = 0.0;              ///< m
+  double target_gap = 0.0;  ///< m
   Rect workspace;
   std::vector<DecisionRecord> decisions;  ///< without frames
   std::optional<TaskStatus> task;
   std::optional<mes::JobState> job;
-  std::optional<SimTruth> truth;        ///< after the run, for scoring
+  std::optional<SimTruth> truth;  ///< after the run, for scoring
   std::map<std::string, Health> healths;
-  double scene_rate = 0.0;              ///< 1/s
-  Duration wall{};                      ///< from the order to its end
+  double scene_rate = 0.0;  ///< 1/s
+  Duration wall{};          ///< from the order to its end
 };
 
 /// Whether the run did what was asked: the order ENDED, and by the simulator's truth, where there is one, no disc left the workspace.

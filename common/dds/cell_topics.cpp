@@ -23,9 +23,9 @@ JointVector get(const WireJoints& from, std::size_t joints) {
 }
 
 // Generous physical bounds: they keep rubbish out; the arm's own limits are the controller's and the drives' business.
-constexpr double kMostAngle = 100.0;       // rad
-constexpr double kMostSpeed = 1000.0;      // rad/s
-constexpr double kMostOther = 1e6;         // rad/s^2, N m
+constexpr double kMostAngle = 100.0;   // rad
+constexpr double kMostSpeed = 1000.0;  // rad/s
+constexpr double kMostOther = 1e6;     // rad/s^2, N m
 
 void check_joints(Door& door, std::string_view field, const WireJoints& values, double most) {
   for (const double value : values) door.within(field, value, -most, most);
@@ -112,7 +112,10 @@ Result<ColorFrame, Invalid> Topic<ColorFrame>::decode(const Wire& wire) {
              "width x height is zero or more than 1280 x 720");
   if (!door.good()) return door.why();
   const auto bytes = 3UL * wire.width() * wire.height();
-  return ColorFrame{wire.seq(), time_from_ns(wire.stamp_ns()), static_cast<int>(wire.width()), static_cast<int>(wire.height()),
+  return ColorFrame{wire.seq(),
+                    time_from_ns(wire.stamp_ns()),
+                    static_cast<int>(wire.width()),
+                    static_cast<int>(wire.height()),
                     {wire.data().begin(), wire.data().begin() + static_cast<std::ptrdiff_t>(bytes)}};
 }
 
@@ -130,7 +133,10 @@ Result<DepthFrame, Invalid> Topic<DepthFrame>::decode(const Wire& wire) {
              "width x height is zero or more than 1280 x 720");
   if (!door.good()) return door.why();
   const auto pixels = 1UL * wire.width() * wire.height();
-  return DepthFrame{wire.seq(), time_from_ns(wire.stamp_ns()), static_cast<int>(wire.width()), static_cast<int>(wire.height()),
+  return DepthFrame{wire.seq(),
+                    time_from_ns(wire.stamp_ns()),
+                    static_cast<int>(wire.width()),
+                    static_cast<int>(wire.height()),
                     {wire.data().begin(), wire.data().begin() + static_cast<std::ptrdiff_t>(pixels)}};
 }
 
@@ -198,7 +204,8 @@ void Topic<Health>::encode(const Health& value, Wire& wire) {
 Result<Health, Invalid> Topic<Health>::decode(const Wire& wire) {
   Door door;
   door.enumerated("state", wire.state(), static_cast<unsigned>(HealthState::kFault));
-  for (const double value : {wire.loop_hz(), wire.wakeup_p99_us(), wire.wakeup_max_us(), wire.compute_p99_us(), wire.compute_max_us(), wire.cpu_s()}) {
+  for (const double value :
+       {wire.loop_hz(), wire.wakeup_p99_us(), wire.wakeup_max_us(), wire.compute_p99_us(), wire.compute_max_us(), wire.cpu_s()}) {
     door.finite("figure", value);
   }
   if (!door.good()) return door.why();

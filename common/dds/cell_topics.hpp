@@ -16,15 +16,15 @@
 namespace breakshot::dds {
 
 /// Declares Topic<VALUE>, which travels as the generated type WIRE. The codec is in the .cpp of this folder named after the subject.
-#define BREAKSHOT_CELL_TOPIC(VALUE, WIRE, NAME, PROFILE)                     \
-  template <>                                                               \
-  struct Topic<VALUE> {                                                     \
-    using Wire = breakshot_msgs::msg::WIRE;                                 \
-    using WireSupport = breakshot_msgs::msg::WIRE##PubSubType;              \
-    static constexpr const char* kName = "rt/" NAME;                        \
-    static constexpr Profile kProfile = PROFILE;                            \
-    static void encode(const VALUE& value, Wire& wire);                     \
-    static Result<VALUE, Invalid> decode(const Wire& wire);                 \
+#define BREAKSHOT_CELL_TOPIC(VALUE, WIRE, NAME, PROFILE)       \
+  template <>                                                  \
+  struct Topic<VALUE> {                                        \
+    using Wire = breakshot_msgs::msg::WIRE;                    \
+    using WireSupport = breakshot_msgs::msg::WIRE##PubSubType; \
+    static constexpr const char* kName = "rt/" NAME;           \
+    static constexpr Profile kProfile = PROFILE;               \
+    static void encode(const VALUE& value, Wire& wire);        \
+    static Result<VALUE, Invalid> decode(const Wire& wire);    \
   }
 
 BREAKSHOT_CELL_TOPIC(JointState, JointState, "cell/joint_state", Profile::kStream);

@@ -1,5 +1,6 @@
 #include "common/dds/endpoint.hpp"
 
+#include <spdlog/spdlog.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
@@ -9,7 +10,6 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
-#include <spdlog/spdlog.h>
 
 #include <stdexcept>
 #include <thread>
@@ -27,7 +27,8 @@ efd::Topic* find_topic(Participant& participant, const std::string& name, efd::T
   type->auto_fill_type_information(false);
   type->auto_fill_type_object(false);
   if (auto* known = participant.handle()->lookup_topicdescription(name); known != nullptr) {
-    if (known->get_type_name() != type.get_type_name()) throw std::runtime_error("DDS topic " + name + " is already in use with another type");
+    if (known->get_type_name() != type.get_type_name())
+      throw std::runtime_error("DDS topic " + name + " is already in use with another type");
     return dynamic_cast<efd::Topic*>(known);
   }
   if (type.register_type(participant.handle()) != eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {

@@ -53,8 +53,8 @@ void check_point(Door& door, std::string_view field, const std::array<double, 2>
   door.within(field, p[1], -kFarthest, kFarthest);
 }
 
-constexpr double kLargestRadius = 1.0;   // m
-constexpr double kFastestDisc = 100.0;   // m/s
+constexpr double kLargestRadius = 1.0;  // m
+constexpr double kFastestDisc = 100.0;  // m/s
 
 SceneDisc decode_disc(Door& door, const breakshot_msgs::msg::SceneDisc& wire) {
   check_point(door, "discs[].p_wd", wire.p_wd());
@@ -125,8 +125,10 @@ Result<StrokeRequest, Invalid> Topic<StrokeRequest>::decode(const Wire& wire) {
   door.enumerated("park_after", wire.park_after(), 1);
   door.check(wire.id() != 0, "id is 0; allowed: from 1");
   if (!door.good()) return door.why();
-  return StrokeRequest{wire.id(),    static_cast<StrokeKind>(wire.kind()), point(wire.p_ws()), point(wire.direction()), wire.speed(), wire.run_in(),
-                       wire.length(), wire.park_after() != 0};
+  return StrokeRequest{wire.id(),          static_cast<StrokeKind>(wire.kind()),
+                       point(wire.p_ws()), point(wire.direction()),
+                       wire.speed(),       wire.run_in(),
+                       wire.length(),      wire.park_after() != 0};
 }
 
 void Topic<StrokeStatus>::encode(const StrokeStatus& value, Wire& wire) {

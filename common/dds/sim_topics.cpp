@@ -34,8 +34,14 @@ std::vector<SimDisc> get(Door& door, const std::vector<WireDisc>& from) {
     door.within("discs[].height", disc.height(), 1e-3, 1.0);
     door.within("discs[].mass", disc.mass(), 1e-4, 100.0);
     door.enumerated("discs[].on_table", disc.on_table(), 1);
-    to.push_back({{disc.p_wd()[0], disc.p_wd()[1]}, {disc.v_wd()[0], disc.v_wd()[1]}, disc.yaw(), disc.radius(), disc.height(), disc.mass(),
-                  disc.colour(), disc.on_table() != 0});
+    to.push_back({{disc.p_wd()[0], disc.p_wd()[1]},
+                  {disc.v_wd()[0], disc.v_wd()[1]},
+                  disc.yaw(),
+                  disc.radius(),
+                  disc.height(),
+                  disc.mass(),
+                  disc.colour(),
+                  disc.on_table() != 0});
   }
   return to;
 }

@@ -5,8 +5,8 @@
 #include "common/process/role_lock.hpp"
 #include "common/urdf/arm_description.hpp"
 
-#include <CLI/CLI.hpp>
 #include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
 
 #include <csignal>
 #include <iostream>
@@ -63,7 +63,8 @@ struct Options {
 std::optional<int> parse(const ProcessInfo& info, int argc, char** argv, Options& options) {
   CLI::App app{info.description, "breakshot-" + info.name};
   app.add_option("--config", options.config, "The cell's configuration file, usually config/cell.yaml")->required();
-  app.add_option("--set", options.overrides, "Overrides one value, e.g. --set planner.strategy=random_push (repeatable)")->allow_extra_args(false);
+  app.add_option("--set", options.overrides, "Overrides one value, e.g. --set planner.strategy=random_push (repeatable)")
+      ->allow_extra_args(false);
   app.add_option("--log-level", options.log_level, "trace, debug, info, warning, error or off")->capture_default_str();
   try {
     app.parse(argc, argv);
@@ -137,7 +138,8 @@ int run_process(const ProcessInfo& info, int argc, char** argv, const std::funct
       notify_status(error.what());
       status = kExitFailure;
       if (dynamic_cast<const RoleTaken*>(&error) != nullptr) status = kExitRoleTaken;
-      if (dynamic_cast<const ConfigError*>(&error) != nullptr || dynamic_cast<const ArmDescriptionError*>(&error) != nullptr) status = kExitConfig;
+      if (dynamic_cast<const ConfigError*>(&error) != nullptr || dynamic_cast<const ArmDescriptionError*>(&error) != nullptr)
+        status = kExitConfig;
     }
     stop_logging();
     return status;

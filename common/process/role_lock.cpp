@@ -49,8 +49,9 @@ RoleLock::RoleLock(int cell_domain, const std::string& role) {
   const int error = errno;
   close(socket_);
   if (error == EADDRINUSE) {
-    throw RoleTaken(fmt::format("cell domain {} already has a {} (process {}): stop it first, or give this cell another `cell.dds.cell_domain`",
-                                cell_domain, role, holder_of(address)));
+    throw RoleTaken(
+        fmt::format("cell domain {} already has a {} (process {}): stop it first, or give this cell another `cell.dds.cell_domain`",
+                    cell_domain, role, holder_of(address)));
   }
   throw std::system_error(error, std::generic_category(), "role lock: bind");
 }

@@ -23,9 +23,9 @@ struct Shape {
 /// A rigid link; links joined by fixed joints are merged into the one that moves them.
 struct LinkDescription {
   std::string name;
-  double mass = 0.0;                    ///< kg
-  Vector3 p_LCom{Vector3::Zero()};      ///< centre of mass in L, m
-  Matrix3 I_Com_L{Matrix3::Zero()};     ///< rotational inertia about the centre of mass, axes of L, kg m^2
+  double mass = 0.0;                 ///< kg
+  Vector3 p_LCom{Vector3::Zero()};   ///< centre of mass in L, m
+  Matrix3 I_Com_L{Matrix3::Zero()};  ///< rotational inertia about the centre of mass, axes of L, kg m^2
   std::vector<Shape> visuals;
   std::vector<Shape> collisions;
 };
@@ -33,11 +33,11 @@ struct LinkDescription {
 /// A revolute joint between link i-1 (or the base) and link i.
 struct JointDescription {
   std::string name;
-  Pose X_PL{Pose::Identity()};          ///< pose of the child link's frame in its parent's at q = 0
-  Vector3 axis_L{Vector3::UnitZ()};     ///< unit axis in the child's frame
-  double lower = 0.0, upper = 0.0;      ///< rad
-  double max_speed = 0.0;               ///< rad/s, > 0
-  double max_torque = 0.0;              ///< N m, > 0
+  Pose X_PL{Pose::Identity()};       ///< pose of the child link's frame in its parent's at q = 0
+  Vector3 axis_L{Vector3::UnitZ()};  ///< unit axis in the child's frame
+  double lower = 0.0, upper = 0.0;   ///< rad
+  double max_speed = 0.0;            ///< rad/s, > 0
+  double max_torque = 0.0;           ///< N m, > 0
 };
 
 /// A serial arm of revolute joints, read from a URDF. joints[i] moves links[i].
@@ -46,7 +46,7 @@ struct ArmDescription {
   LinkDescription base;
   std::vector<JointDescription> joints;
   std::vector<LinkDescription> links;
-  Pose X_LT{Pose::Identity()};          ///< striker tip in the last link's frame
+  Pose X_LT{Pose::Identity()};  ///< striker tip in the last link's frame
 };
 
 /// Says file, element (with its line where the parser knows it), what was found and what is allowed.

@@ -7,15 +7,15 @@
 namespace breakshot::dds {
 
 /// Declares Topic<mes::VALUE>, which travels as the generated type WIRE.
-#define BREAKSHOT_MES_TOPIC(VALUE, WIRE, NAME, PROFILE)                  \
-  template <>                                                           \
-  struct Topic<mes::VALUE> {                                            \
-    using Wire = breakshot_mes_msgs::msg::WIRE;                         \
-    using WireSupport = breakshot_mes_msgs::msg::WIRE##PubSubType;      \
-    static constexpr const char* kName = "rt/" NAME;                    \
-    static constexpr Profile kProfile = PROFILE;                        \
-    static void encode(const mes::VALUE& value, Wire& wire);            \
-    static Result<mes::VALUE, Invalid> decode(const Wire& wire);        \
+#define BREAKSHOT_MES_TOPIC(VALUE, WIRE, NAME, PROFILE)            \
+  template <>                                                      \
+  struct Topic<mes::VALUE> {                                       \
+    using Wire = breakshot_mes_msgs::msg::WIRE;                    \
+    using WireSupport = breakshot_mes_msgs::msg::WIRE##PubSubType; \
+    static constexpr const char* kName = "rt/" NAME;               \
+    static constexpr Profile kProfile = PROFILE;                   \
+    static void encode(const mes::VALUE& value, Wire& wire);       \
+    static Result<mes::VALUE, Invalid> decode(const Wire& wire);   \
   }
 
 // A command with absurd numbers or an unknown verb still gets through this door, because the sender is owed an ack that says what is wrong: see

@@ -18,7 +18,7 @@ const char* name_of(const std::array<const char*, N>& names, E value) noexcept {
 }  // namespace
 
 const char* to_string(Verb verb) noexcept {
-  static constexpr std::array kNames{"STORE", "STORE_AND_START", "START", "PAUSE", "RESUME",   "CANCEL",    "STOP",
+  static constexpr std::array kNames{"STORE", "STORE_AND_START", "START", "PAUSE",    "RESUME",    "CANCEL",     "STOP",
                                      "ABORT", "CLEAR",           "RESET", "SET_MODE", "ACK_ALARM", "ACK_RESULT", "QUERY"};
   return name_of(kNames, verb);
 }
@@ -34,15 +34,31 @@ const char* to_string(JobPhase phase) noexcept {
 }
 
 const char* to_string(PackState state) noexcept {
-  static constexpr std::array kNames{"STOPPED",  "RESETTING",  "IDLE",      "STARTING",      "EXECUTE", "COMPLETING", "COMPLETE",  "ABORTING", "ABORTED",
-                                     "STOPPING", "CLEARING", "SUSPENDING", "SUSPENDED", "UNSUSPENDING", "HOLDING",    "HELD",      "UNHOLDING"};
+  static constexpr std::array kNames{"STOPPED",   "RESETTING",    "IDLE",    "STARTING", "EXECUTE",  "COMPLETING",
+                                     "COMPLETE",  "ABORTING",     "ABORTED", "STOPPING", "CLEARING", "SUSPENDING",
+                                     "SUSPENDED", "UNSUSPENDING", "HOLDING", "HELD",     "UNHOLDING"};
   return name_of(kNames, state);
 }
 
 const char* to_string(Reason reason) noexcept {
-  static constexpr std::array kNames{"R_NONE",        "R_MALFORMED",   "R_VERSION",     "R_UNKNOWN_ORDER",     "R_OUTDATED_REV",  "R_SAME_REV_DIFFERS",
-                                     "R_OTHER_ORDER_ACTIVE", "R_QUEUE_FULL", "R_BAD_STATE", "R_BAD_MODE", "R_UNSUPPORTED_PARAM", "R_OUT_OF_LIMITS",
-                                     "R_STALE",       "R_NOT_AUTHORISED", "R_SAFETY_STOP", "R_NOT_READY",  "R_ORDER_CLOSED",  "R_INTERNAL"};
+  static constexpr std::array kNames{"R_NONE",
+                                     "R_MALFORMED",
+                                     "R_VERSION",
+                                     "R_UNKNOWN_ORDER",
+                                     "R_OUTDATED_REV",
+                                     "R_SAME_REV_DIFFERS",
+                                     "R_OTHER_ORDER_ACTIVE",
+                                     "R_QUEUE_FULL",
+                                     "R_BAD_STATE",
+                                     "R_BAD_MODE",
+                                     "R_UNSUPPORTED_PARAM",
+                                     "R_OUT_OF_LIMITS",
+                                     "R_STALE",
+                                     "R_NOT_AUTHORISED",
+                                     "R_SAFETY_STOP",
+                                     "R_NOT_READY",
+                                     "R_ORDER_CLOSED",
+                                     "R_INTERNAL"};
   return name_of(kNames, reason);
 }
 

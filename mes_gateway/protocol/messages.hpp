@@ -24,51 +24,95 @@ struct Header {
   std::uint32_t robot_id = 0;
   std::uint16_t major = kMajor;
   std::uint16_t minor = kMinor;
-  Id source_id{};                    ///< who sends
-  std::uint64_t session = 0;         ///< grows with each start of the sender
-  std::uint64_t seq = 0;             ///< counts up by one per message of that session, per topic
-  std::int64_t stamp_utc_ns = 0;     ///< wall clock of the sender, ns since 1970
+  Id source_id{};                 ///< who sends
+  std::uint64_t session = 0;      ///< grows with each start of the sender
+  std::uint64_t seq = 0;          ///< counts up by one per message of that session, per topic
+  std::int64_t stamp_utc_ns = 0;  ///< wall clock of the sender, ns since 1970
 };
 
 enum class Verb : std::uint32_t {
-  kStore = 0, kStoreAndStart, kStart, kPause, kResume, kCancel, kStop, kAbort, kClear, kReset, kSetMode, kAckAlarm, kAckResult, kQuery
+  kStore = 0,
+  kStoreAndStart,
+  kStart,
+  kPause,
+  kResume,
+  kCancel,
+  kStop,
+  kAbort,
+  kClear,
+  kReset,
+  kSetMode,
+  kAckAlarm,
+  kAckResult,
+  kQuery
 };
 enum class Verdict : std::uint32_t { kAccepted = 0, kRejected, kDuplicate };
 enum class JobPhase : std::uint32_t { kNotAllowedToStart = 0, kAllowedToStart, kRunning, kInterrupted, kEnded, kAborted };
 enum class PackState : std::uint32_t {
-  kStopped = 0, kResetting, kIdle, kStarting, kExecute, kCompleting, kComplete, kAborting, kAborted, kStopping, kClearing, kSuspending,
-  kSuspended, kUnsuspending, kHolding, kHeld, kUnholding
+  kStopped = 0,
+  kResetting,
+  kIdle,
+  kStarting,
+  kExecute,
+  kCompleting,
+  kComplete,
+  kAborting,
+  kAborted,
+  kStopping,
+  kClearing,
+  kSuspending,
+  kSuspended,
+  kUnsuspending,
+  kHolding,
+  kHeld,
+  kUnholding
 };
 enum class UnitMode : std::uint32_t { kInvalid = 0, kProduction, kMaintenance, kManual };
 enum class Reason : std::uint32_t {
-  kNone = 0, kMalformed, kVersion, kUnknownOrder, kOutdatedRev, kSameRevDiffers, kOtherOrderActive, kQueueFull, kBadState, kBadMode,
-  kUnsupportedParam, kOutOfLimits, kStale, kNotAuthorised, kSafetyStop, kNotReady, kOrderClosed, kInternal
+  kNone = 0,
+  kMalformed,
+  kVersion,
+  kUnknownOrder,
+  kOutdatedRev,
+  kSameRevDiffers,
+  kOtherOrderActive,
+  kQueueFull,
+  kBadState,
+  kBadMode,
+  kUnsupportedParam,
+  kOutOfLimits,
+  kStale,
+  kNotAuthorised,
+  kSafetyStop,
+  kNotReady,
+  kOrderClosed,
+  kInternal
 };
 enum class SafetyState : std::uint32_t { kOk = 0, kProtectiveStop, kEmergencyStop, kReduced, kFault };
 enum class Severity : std::uint32_t { kInfo = 0, kWarning, kUrgent, kCritical, kFatal };
 
 /// What is to be done with the discs. Zero means "as the cell is configured" for every number but min_gap and region.
 struct JobSpec {
-  double min_gap = 0.0;              ///< m; 0: as configured
-  Rect region;                       ///< in W, m; all zero: the whole workspace
-  std::uint32_t expect_discs = 0;    ///< 0: any number
+  double min_gap = 0.0;            ///< m; 0: as configured
+  Rect region;                     ///< in W, m; all zero: the whole workspace
+  std::uint32_t expect_discs = 0;  ///< 0: any number
   std::uint32_t max_hits = 0;
   std::uint32_t max_pushes = 0;
   std::uint32_t timeout_ms = 0;
-  double speed_scale = 1.0;          ///< (0, 1]
+  double speed_scale = 1.0;  ///< (0, 1]
 };
 
 /// Travels on `mes/command`.
 struct Command {
   Header header;
-  Id command_id{};                   ///< idempotency key: the same id again is answered with the same ack and does nothing
+  Id command_id{};  ///< idempotency key: the same id again is answered with the same ack and does nothing
   Id order_id{};
   std::uint32_t order_rev = 0;
   Verb verb = Verb::kQuery;
   UnitMode mode = UnitMode::kInvalid;
-  std::uint32_t valid_for_ms = 0;    ///< the command is void when it is older; 0: no limit
+  std::uint32_t valid_for_ms = 0;  ///< the command is void when it is older; 0: no limit
   std::uint8_t auth_level = 0;
-  std::string operator_id;           ///< at most 64 characters
+  std::string operator_id;  ///< at most 64 characters
   JobSpec spec;
 };
 
@@ -82,7 +126,7 @@ struct Ack {
   Reason reason = Reason::kNone;
   std::uint32_t detail = 0;
   PackState state = PackState::kIdle;
-  std::string text;                  ///< what was found and what is allowed; at most 128 characters
+  std::string text;  ///< what was found and what is allowed; at most 128 characters
 };
 
 /// Travels on `mes/job`.
@@ -92,13 +136,13 @@ struct JobState {
   Id order_id{};
   std::uint32_t order_rev = 0;
   JobPhase phase = JobPhase::kNotAllowedToStart;
-  std::uint32_t change_no = 0;       ///< counts the changes of this order's state
-  double progress = 0.0;             ///< [0, 1]
+  std::uint32_t change_no = 0;  ///< counts the changes of this order's state
+  double progress = 0.0;        ///< [0, 1]
   std::uint32_t discs_seen = 0, discs_singulated = 0;
   std::uint32_t hits = 0, pushes = 0;
   std::int64_t accepted_utc_ns = 0, started_utc_ns = 0, ended_utc_ns = 0;
   double min_gap = std::numeric_limits<double>::infinity();  ///< smallest gap seen last, m
-  Reason result = Reason::kNone;     ///< with kAborted: why
+  Reason result = Reason::kNone;                             ///< with kAborted: why
   std::string text;
 };
 
@@ -110,10 +154,10 @@ struct RobotStatus {
   UnitMode mode = UnitMode::kProduction;
   SafetyState safety = SafetyState::kOk;
   bool paused = false;
-  bool accepting = false;            ///< a new order would be taken now
+  bool accepting = false;  ///< a new order would be taken now
   Id active_order{};
   std::uint32_t queue_free = 0;
-  std::uint32_t mes_age_ms = 0;      ///< since the MES was last heard
+  std::uint32_t mes_age_ms = 0;  ///< since the MES was last heard
   std::uint64_t loop_overruns = 0;
   double loop_max_us = 0.0;
   std::string sw_version;

@@ -24,13 +24,15 @@ EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec,
   record.spec = spec;
   record.result = cell.run(formation, cell.default_request(), spec.strategy, physics, random.next() >> 32U);
   const auto& result = record.result;
-  record.success = result.task.phase == TaskPhase::kSingulated && result.truly_lost == 0 && result.true_gap >= settings.cell.target_gap - kGapTolerance;
+  record.success =
+      result.task.phase == TaskPhase::kSingulated && result.truly_lost == 0 && result.true_gap >= settings.cell.target_gap - kGapTolerance;
   record.time_s = record.success ? to_seconds(result.duration) : kFailureTime;
   return record;
 }
 
-std::vector<EpisodeRecord> run_episodes(const support::InProcessSettings& settings, const std::vector<EpisodeSpec>& specs, const WorldSpread& spread,
-                                        int jobs, const std::function<void(std::size_t done, const EpisodeRecord&)>& progress) {
+std::vector<EpisodeRecord> run_episodes(const support::InProcessSettings& settings, const std::vector<EpisodeSpec>& specs,
+                                        const WorldSpread& spread, int jobs,
+                                        const std::function<void(std::size_t done, const EpisodeRecord&)>& progress) {
   std::vector<EpisodeRecord> records(specs.size());
   std::atomic<std::size_t> next{0};
   std::mutex mutex;

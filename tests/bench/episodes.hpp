@@ -11,17 +11,17 @@ namespace breakshot::bench {
 
 /// One order to be run: the same formation, seed and world for every strategy, so that strategies are compared in pairs.
 struct EpisodeSpec {
-  std::string formation;   ///< name in config/formations, or "random"
+  std::string formation;  ///< name in config/formations, or "random"
   std::string strategy;
   std::uint64_t seed = 1;
-  int index = 0;           ///< among the episodes of this formation
+  int index = 0;  ///< among the episodes of this formation
 };
 
 struct EpisodeRecord {
   EpisodeSpec spec;
   support::EpisodeResult result;
-  bool success = false;    ///< the order ended as singulated, and by truth no disc is lost and no gap is short by more than kGapTolerance
-  double time_s = 0.0;     ///< of the cell clock; kFailureTime for a failure
+  bool success = false;  ///< the order ended as singulated, and by truth no disc is lost and no gap is short by more than kGapTolerance
+  double time_s = 0.0;   ///< of the cell clock; kFailureTime for a failure
 };
 
 /// What perception may be wrong by, m: the planner stops when it *sees* every gap reach G.
@@ -42,7 +42,8 @@ EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec,
 
 /// Runs all of them on `jobs` threads, each with a cell of its own. Results come in the order of the specs, whatever the number of jobs.
 /// @param progress  called after each episode, from one thread at a time
-std::vector<EpisodeRecord> run_episodes(const support::InProcessSettings& settings, const std::vector<EpisodeSpec>& specs, const WorldSpread& spread,
-                                        int jobs, const std::function<void(std::size_t done, const EpisodeRecord&)>& progress);
+std::vector<EpisodeRecord> run_episodes(const support::InProcessSettings& settings, const std::vector<EpisodeSpec>& specs,
+                                        const WorldSpread& spread, int jobs,
+                                        const std::function<void(std::size_t done, const EpisodeRecord&)>& progress);
 
 }  // namespace breakshot::bench

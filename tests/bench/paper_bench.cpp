@@ -4,9 +4,9 @@
 #include "tests/bench/report.hpp"
 #include "tests/bench/statistics.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include <iostream>
 #include <map>
@@ -69,19 +69,22 @@ nlohmann::json metrics_of(const Group& group) {
 void print_row(const std::string& formation, const std::string& strategy, const Group& group) {
   const auto m = metrics_of(group);
   fmt::print("{:<10}{:<15}{:>4}{:>9.0f} %{:>9.0f} %{:>9.2f} %{:>9.2f}{:>9.2f}{:>8.2f}{:>8.2f}{:>8.2f}\n", formation, strategy, group.size(),
-             100 * m["success"].get<double>(), 100 * m["success_wilson_low"].get<double>(), 100 * m["lost_frac"].get<double>(), m["mean_time_s"].get<double>(),
-             m["median_time_s"].get<double>(), m["strokes_mean"].get<double>(), m["hits_mean"].get<double>(), m["pushes_mean"].get<double>());
+             100 * m["success"].get<double>(), 100 * m["success_wilson_low"].get<double>(), 100 * m["lost_frac"].get<double>(),
+             m["mean_time_s"].get<double>(), m["median_time_s"].get<double>(), m["strokes_mean"].get<double>(),
+             m["hits_mean"].get<double>(), m["pushes_mean"].get<double>());
 }
 
 std::string csv(const std::vector<EpisodeRecord>& records) {
   std::string out =
-      "formation,index,seed,strategy,success,task,failure,time_s,cell_s,hits,pushes,discs,truly_lost,true_gap_mm,seen_gap_mm,look_s,decide_s,move_s,settle_s\n";
+      "formation,index,seed,strategy,success,task,failure,time_s,cell_s,hits,pushes,discs,truly_lost,true_gap_mm,seen_gap_mm,look_s,decide_"
+      "s,move_s,settle_s\n";
   for (const auto& r : records) {
     const auto& t = r.result.task;
-    out += fmt::format("{},{},{},{},{},{},{},{:.3f},{:.3f},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}\n", r.spec.formation, r.spec.index, r.spec.seed,
-                       r.spec.strategy, r.success ? 1 : 0, to_string(t.phase), to_string(t.failure), r.time_s, to_seconds(r.result.duration), t.hits, t.pushes,
-                       r.result.truth.size(), r.result.truly_lost, r.result.true_gap * 1e3, t.smallest_gap * 1e3, to_seconds(t.times.look),
-                       to_seconds(t.times.decide), to_seconds(t.times.move), to_seconds(t.times.settle));
+    out += fmt::format("{},{},{},{},{},{},{},{:.3f},{:.3f},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}\n", r.spec.formation,
+                       r.spec.index, r.spec.seed, r.spec.strategy, r.success ? 1 : 0, to_string(t.phase), to_string(t.failure), r.time_s,
+                       to_seconds(r.result.duration), t.hits, t.pushes, r.result.truth.size(), r.result.truly_lost, r.result.true_gap * 1e3,
+                       t.smallest_gap * 1e3, to_seconds(t.times.look), to_seconds(t.times.decide), to_seconds(t.times.move),
+                       to_seconds(t.times.settle));
   }
   return out;
 }
@@ -104,14 +107,15 @@ int run(const Arguments& arguments) {
   const bool terminal = isatty(STDERR_FILENO) != 0;
   const auto progress = [&](std::size_t done, const EpisodeRecord& record) {
     if (terminal || done % 30 == 0 || done == specs.size()) {
-      fmt::print(stderr, "{}{}/{} episodes, last: {} {} {}{}", terminal ? "\r\033[K" : "", done, specs.size(), record.spec.formation, record.spec.strategy,
-                 record.success ? "singulated" : to_string(record.result.task.failure), terminal && done != specs.size() ? "" : "\n");
+      fmt::print(stderr, "{}{}/{} episodes, last: {} {} {}{}", terminal ? "\r\033[K" : "", done, specs.size(), record.spec.formation,
+                 record.spec.strategy, record.success ? "singulated" : to_string(record.result.task.failure),
+                 terminal && done != specs.size() ? "" : "\n");
     }
   };
   const auto records = run_episodes(settings, specs, spread, arguments.jobs, progress);
 
-  fmt::print("{:<10}{:<15}{:>4}{:>11}{:>11}{:>11}{:>9}{:>9}{:>8}{:>8}{:>8}\n", "formation", "strategy", "n", "success", "Wilson >=", "lost", "mean s", "median s",
-             "strokes", "hits", "pushes");
+  fmt::print("{:<10}{:<15}{:>4}{:>11}{:>11}{:>11}{:>9}{:>9}{:>8}{:>8}{:>8}\n", "formation", "strategy", "n", "success", "Wilson >=", "lost",
+             "mean s", "median s", "strokes", "hits", "pushes");
   std::map<std::string, Group> all;
   for (const auto& formation : formations) {
     for (const auto& strategy : arguments.strategies) {
@@ -136,9 +140,14 @@ int run(const Arguments& arguments) {
     metrics[std::string{"ratio_"} + other + "_to_paper"] = ratio;
     fmt::print("mean time of {} over paper: {:.2f}\n", other, ratio);
   }
-  fmt::print("(a failure counts as {:.0f} s; time of the cell clock, {:.0f} ms charged for each decision)\n", kFailureTime, 1e3 * to_seconds(settings.think_charge));
+  fmt::print("(a failure counts as {:.0f} s; time of the cell clock, {:.0f} ms charged for each decision)\n", kFailureTime,
+             1e3 * to_seconds(settings.think_charge));
 
-  const nlohmann::json args{{"n", arguments.n}, {"seed", arguments.seed}, {"strategies", arguments.strategies}, {"formations", formations}, {"discs", arguments.discs}};
+  const nlohmann::json args{{"n", arguments.n},
+                            {"seed", arguments.seed},
+                            {"strategies", arguments.strategies},
+                            {"formations", formations},
+                            {"discs", arguments.discs}};
   if (!arguments.json_file.empty()) write_file(arguments.json_file, report("paper", args, metrics).dump(2) + "\n");
   if (!arguments.csv_file.empty()) write_file(arguments.csv_file, csv(records));
   return 0;
@@ -150,13 +159,16 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   breakshot::bench::Arguments arguments;
-  CLI::App app{"Runs the paper's strategy and its baselines over formations in the in-process cell (ODE world, rendered camera, real controller).", "bench paper"};
+  CLI::App app{
+      "Runs the paper's strategy and its baselines over formations in the in-process cell (ODE world, rendered camera, real controller).",
+      "bench paper"};
   app.add_option("--config", arguments.config, "The cell's configuration file")->capture_default_str();
   app.add_option("--set", arguments.overrides, "Overrides one value of it (repeatable)")->allow_extra_args(false);
   app.add_option("--n", arguments.n, "Episodes per formation and strategy")->check(CLI::Range(1, 10000))->capture_default_str();
   app.add_option("--seed", arguments.seed, "The same seed gives the same episodes, bit by bit")->capture_default_str();
   app.add_option("--strategy", arguments.strategies, "Strategies, separated by commas")->delimiter(',')->capture_default_str();
-  app.add_option("--formation", arguments.formations, "Formations, separated by commas; \"random\" for random clusters; default: all")->delimiter(',');
+  app.add_option("--formation", arguments.formations, "Formations, separated by commas; \"random\" for random clusters; default: all")
+      ->delimiter(',');
   app.add_option("--discs", arguments.discs, "Discs of a random cluster")->check(CLI::Range(2, 20))->capture_default_str();
   app.add_option("--jobs", arguments.jobs, "Threads, each with a cell of its own")->check(CLI::Range(1, 64))->capture_default_str();
   app.add_option("--json", arguments.json_file, "Write the metrics to this file");

@@ -7,7 +7,8 @@
 namespace breakshot::bench {
 
 /// The one JSON object that every benchmark writes (design.md section 7).
-nlohmann::json report(const std::string& bench, const nlohmann::json& args, const nlohmann::json& metrics, const nlohmann::json& goals = nlohmann::json::object());
+nlohmann::json report(const std::string& bench, const nlohmann::json& args, const nlohmann::json& metrics,
+                      const nlohmann::json& goals = nlohmann::json::object());
 
 /// Processor, cores, kernel and load of the machine that measured.
 nlohmann::json machine();

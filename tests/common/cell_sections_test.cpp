@@ -107,9 +107,7 @@ class ShippedFile : public testing::Test {
   std::vector<Key> keys_;
 };
 
-TEST_F(ShippedFile, ReadsThroughEveryLoader) {
-  EXPECT_GT(keys_.size(), 60U) << "the reader of this test has lost its way";
-}
+TEST_F(ShippedFile, ReadsThroughEveryLoader) { EXPECT_GT(keys_.size(), 60U) << "the reader of this test has lost its way"; }
 
 TEST_F(ShippedFile, HoldsNoTabsAndNoLongLines) {
   for (std::size_t i = 0; i < lines_.size(); ++i) {

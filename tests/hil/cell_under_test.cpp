@@ -143,7 +143,8 @@ std::optional<mes::Ack> CellUnderTest::place_order(const mes::Id& order, const m
   return ack;
 }
 
-std::optional<mes::JobState> CellUnderTest::follow(const mes::Id& order, const std::function<bool(const mes::JobState&)>& done, Duration patience) {
+std::optional<mes::JobState> CellUnderTest::follow(const mes::Id& order, const std::function<bool(const mes::JobState&)>& done,
+                                                   Duration patience) {
   const auto give_up = steady_clock::now() + patience;
   while (steady_clock::now() < give_up) {
     const auto job = mes_->next_job(order, give_up - steady_clock::now());

@@ -57,7 +57,8 @@ TEST_F(Orders, ThatAreCancelledInMidTaskEndWithTheArmAtRest) {
   const auto cancelled = cell->mes().send(cell->mes().command(mes::Verb::kCancel, order), std::chrono::seconds{20});
   ASSERT_TRUE(cancelled);
   EXPECT_EQ(cancelled->verdict, mes::Verdict::kAccepted) << cancelled->text;
-  const auto job = cell->follow(order, [](const mes::JobState& j) { return j.phase == mes::JobPhase::kAborted || j.phase == mes::JobPhase::kEnded; });
+  const auto job =
+      cell->follow(order, [](const mes::JobState& j) { return j.phase == mes::JobPhase::kAborted || j.phase == mes::JobPhase::kEnded; });
   ASSERT_TRUE(job) << cell->logs();
   EXPECT_EQ(job->phase, mes::JobPhase::kAborted);
   const auto rest = cell->truth_at_rest();
@@ -76,7 +77,8 @@ TEST_F(Orders, StopWithAReasonWhenTheCameraGoesDark) {
   const auto ack = cell->place_order(order);
   ASSERT_TRUE(ack && ack->verdict == mes::Verdict::kAccepted) << cell->logs();
   ASSERT_TRUE(cell->set_fault(static_cast<std::uint8_t>(sim_bridge::Fault::kCameraDark), 0.0));
-  const auto job = cell->follow(order, [](const mes::JobState& j) { return j.phase == mes::JobPhase::kAborted || j.phase == mes::JobPhase::kEnded; });
+  const auto job =
+      cell->follow(order, [](const mes::JobState& j) { return j.phase == mes::JobPhase::kAborted || j.phase == mes::JobPhase::kEnded; });
   ASSERT_TRUE(job) << cell->logs();
   EXPECT_EQ(job->phase, mes::JobPhase::kAborted);
   EXPECT_NE(job->text.find("no scene"), std::string::npos) << job->text;

@@ -41,7 +41,8 @@ TEST(Processes, AKilledPlannerEndsTheOrderAndNothingResumes) {
   ASSERT_TRUE(ack && ack->verdict == mes::Verdict::kAccepted) << cell.logs();
   ASSERT_TRUE(cell.follow(order, [](const mes::JobState& j) { return j.phase == mes::JobPhase::kRunning; }));
   cell.processes().send("planner", SIGKILL);
-  const auto job = cell.follow(order, [](const mes::JobState& j) { return j.phase == mes::JobPhase::kAborted || j.phase == mes::JobPhase::kEnded; });
+  const auto job =
+      cell.follow(order, [](const mes::JobState& j) { return j.phase == mes::JobPhase::kAborted || j.phase == mes::JobPhase::kEnded; });
   ASSERT_TRUE(job) << cell.logs();
   EXPECT_EQ(job->phase, mes::JobPhase::kAborted);
 
@@ -67,7 +68,8 @@ TEST(Processes, ADeadBridgeIsSaidAndTheCellTakesNoOrders) {
     ack = cell.mes().send(cell.mes().command(mes::Verb::kStoreAndStart, order), seconds{20});
     ASSERT_TRUE(ack) << cell.logs();
     if (ack->reason == mes::Reason::kNotReady) break;
-    const auto job = cell.follow(order, [](const mes::JobState& j) { return j.phase == mes::JobPhase::kAborted || j.phase == mes::JobPhase::kEnded; });
+    const auto job =
+        cell.follow(order, [](const mes::JobState& j) { return j.phase == mes::JobPhase::kAborted || j.phase == mes::JobPhase::kEnded; });
     ASSERT_TRUE(job) << cell.logs();
     EXPECT_EQ(job->phase, mes::JobPhase::kAborted) << job->text;
   }
@@ -77,18 +79,20 @@ TEST(Processes, ADeadBridgeIsSaidAndTheCellTakesNoOrders) {
 
 TEST(Processes, ABadConfigurationIsSaidWithItsPlace) {
   for (const auto& [bad, word] : std::vector<std::pair<std::string, std::string>>{{"cell.no_such_key=1", "no_such_key"},
-                                                                                {"cell.target_gap=.nan", "target_gap"},
-                                                                                {"cell.arm.urdf=no/such.urdf", "no/such.urdf"},
-                                                                                {"cell.arm.tip_link=no_such_link", "no_such_link"}}) {
+                                                                                  {"cell.target_gap=.nan", "target_gap"},
+                                                                                  {"cell.arm.urdf=no/such.urdf", "no/such.urdf"},
+                                                                                  {"cell.arm.tip_link=no_such_link", "no_such_link"}}) {
     launcher::ProcessSpec spec;
     spec.name = "controller";
     spec.program = std::string{BREAKSHOT_BINARY_DIR} + "/bin/breakshot-controller";
-    spec.arguments = {"--config", std::string{BREAKSHOT_SOURCE_DIR} + "/config/cell.yaml", "--set", bad, "--set", "cell.dds.cell_domain=229"};
+    spec.arguments = {
+        "--config", std::string{BREAKSHOT_SOURCE_DIR} + "/config/cell.yaml", "--set", bad, "--set", "cell.dds.cell_domain=229"};
     spec.ready_timeout = seconds{30};
     launcher::ProcessGroup group{{spec}};
     const auto started = group.start();
     ASSERT_FALSE(started) << bad;
-    EXPECT_NE(started.error().reason.find(std::to_string(process::kExitConfig)), std::string::npos) << bad << ": " << started.error().text();
+    EXPECT_NE(started.error().reason.find(std::to_string(process::kExitConfig)), std::string::npos)
+        << bad << ": " << started.error().text();
     EXPECT_NE(started.error().text().find(word), std::string::npos) << bad << ": " << started.error().text();
   }
 }

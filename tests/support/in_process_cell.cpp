@@ -24,8 +24,8 @@ bool every(Time now, Duration period) { return (now - kStart) % period == Durati
 
 /// All that begins anew with each episode.
 struct InProcessCell::Episode {
-  Episode(const InProcessSettings& settings, motion::StrokePlanner& stroke_planner, const sim_bridge::SimSettings& sim, const task::TaskSettings& task,
-          const std::string& strategy_name)
+  Episode(const InProcessSettings& settings, motion::StrokePlanner& stroke_planner, const sim_bridge::SimSettings& sim,
+          const task::TaskSettings& task, const std::string& strategy_name)
       : world{settings.arm, sim},
         loop{settings.loop, *channels},
         executor{stroke_planner, *channels},
@@ -119,8 +119,8 @@ EpisodeResult InProcessCell::run(const Formation& formation, const TaskRequest& 
   result.truth = truth.discs;
   result.strikes = truth.strikes;
   result.true_gap = smallest_gap(truth.discs);
-  result.truly_lost = static_cast<int>(
-      std::count_if(truth.discs.begin(), truth.discs.end(), [&](const SimDisc& d) { return !d.on_table || !request.region.contains(d.p_WD); }));
+  result.truly_lost = static_cast<int>(std::count_if(truth.discs.begin(), truth.discs.end(),
+                                                     [&](const SimDisc& d) { return !d.on_table || !request.region.contains(d.p_WD); }));
   return std::move(result);
 }
 

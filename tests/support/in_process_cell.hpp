@@ -35,7 +35,7 @@ struct InProcessSettings {
   perception::PerceptionSettings perception;
   strategy::StrategySettings strategy;
   task::TaskSettings task;
-  bool ask_arm = true;     ///< strategies ask the motion library whether the arm can run a stroke
+  bool ask_arm = true;  ///< strategies ask the motion library whether the arm can run a stroke
   Duration frame_period{};
   Duration camera_latency{};
   /// What the cell clock is charged for a decision and for planning a stroke. Fixed, because measured times would make runs differ; the
@@ -75,8 +75,8 @@ class InProcessCell {
   ///
   /// @param physics  the world's truth for this episode
   /// @param seed     of random strategies and of the camera's noise
-  EpisodeResult run(const Formation& formation, const TaskRequest& request, const std::string& strategy, const sim_bridge::TablePhysics& physics,
-                    std::uint64_t seed);
+  EpisodeResult run(const Formation& formation, const TaskRequest& request, const std::string& strategy,
+                    const sim_bridge::TablePhysics& physics, std::uint64_t seed);
 
   const InProcessSettings& settings() const noexcept { return settings_; }
   /// An order as the gateway would pass it on when the MES leaves everything to the cell.
@@ -91,7 +91,7 @@ class InProcessCell {
 
   InProcessSettings settings_;
   sim_bridge::Camera camera_;
-  motion::StrokePlanner stroke_planner_;         // the controller's
+  motion::StrokePlanner stroke_planner_;  // the controller's
   motion::StrokePlanner planners_stroke_planner_;
   planner::ArmFilter arm_filter_{planners_stroke_planner_};
   std::uint64_t frames_ = 0;

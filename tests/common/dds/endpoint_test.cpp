@@ -1,5 +1,5 @@
-#include "common/dds/cell_topics.hpp"
 #include "common/dds/endpoint.hpp"
+#include "common/dds/cell_topics.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
