@@ -66,6 +66,7 @@ class Writer : public WriterBase {
 /// The part of a reader that does not depend on the type of what it reads.
 class ReaderBase {
  public:
+  virtual ~ReaderBase();
   int matched() const noexcept;
   /// Samples that decode() refused since the start; each kind is logged, at a bounded rate.
   std::uint64_t rejected() const noexcept { return rejected_.load(std::memory_order_relaxed); }
@@ -77,7 +78,6 @@ class ReaderBase {
 
  protected:
   ReaderBase(Participant& participant, std::string topic, Profile profile, eprosima::fastdds::dds::TopicDataType* type);
-  virtual ~ReaderBase();
   /// Joins the topic. From here on on_data() is called on DDS threads, never twice at a time. Each subclass's constructor calls it last.
   void enable();
   /// No call of on_data() runs or starts after this returns. Each subclass's destructor calls it first.
