@@ -16,10 +16,6 @@ namespace breakshot::ros {
 
 namespace {
 
-constexpr Duration kJointsEvery = std::chrono::milliseconds{20};
-constexpr Duration kImageEvery = std::chrono::milliseconds{200};
-constexpr Duration kMarkersEvery = std::chrono::milliseconds{100};
-
 /// The newest value that a DDS thread left, taken once.
 template <typename T>
 class Newest {
@@ -118,9 +114,9 @@ void run_ros_gateway(process::Process& process) {
                                         }};
   process.ready("shows the cell on ROS domain " + std::to_string(cell.dds.ros2));
 
-  Pace joint_pace{kJointsEvery};
-  Pace image_pace{kImageEvery};
-  Pace marker_pace{kMarkersEvery};
+  Pace joint_pace{config.joints_every};
+  Pace image_pace{config.image_every};
+  Pace marker_pace{config.markers_every};
   while (!process.wait(std::chrono::milliseconds{10})) {
     ++cycles;
     const Time now = process::monotonic_now();

@@ -42,7 +42,8 @@ class Camera {
   /// @param depth   receives width * height values along the optical axis in 0.1 mm, registered to the colour image; 0: no measurement
   /// @throws CameraError when X_WL does not have one pose per link of the arm, a colour index is not in the palette, a span has the wrong
   ///     size, another thread is rendering, or GL fails
-  /// Cost: 4 to 12 ms on one core at 1280 x 720, by how much of the image the arm covers (README of the bench). No allocation once the scene's size is steady.
+  /// Cost: CPU time on one core at 1280 x 720: 8 ms for six discs, 15 to 27 ms while an arm is over the table, more when other processes
+  /// load the machine's second core. No allocation of ours once the scene's size is steady.
   void render(const WorldSnapshot& snapshot, std::uint64_t frame, std::span<std::uint8_t> rgb, std::span<std::uint16_t> depth);
 
   /// Changes light and white balance from the next frame on. @throws CameraError when out of range
