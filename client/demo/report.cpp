@@ -97,14 +97,16 @@ std::string decision_line(std::size_t index, const Plan& plan) {
                      to_string(s.kind), s.speed, s.p_WS.x(), s.p_WS.y(), bearing, mm(plan.predicted_gap), plan.why);
 }
 
-std::string outcome_line(const Plan& plan, const Outcome& o) {
-  if (o.stroke_phase != StrokePhase::kDone) return fmt::format("    {}: {}", to_string(o.stroke_phase), to_string(o.reason));
-  const std::string contact = plan.stroke.kind == StrokeKind::kHit ? fmt::format("struck at {:.2f} m/s, ", o.contact_speed) : std::string{};
+std::string outcome_line(const Plan& plan, const Outcome& outcome) {
+  if (outcome.stroke_phase != StrokePhase::kDone)
+    return fmt::format("    {}: {}", to_string(outcome.stroke_phase), to_string(outcome.reason));
+  const std::string contact =
+      plan.stroke.kind == StrokeKind::kHit ? fmt::format("struck at {:.2f} m/s, ", outcome.contact_speed) : std::string{};
   return fmt::format(
       "    {}smallest gap {}, {} discs singulated, {} contacts left{}   (look {:.2f}, decide {:.2f}, move {:.2f}, settle {:.2f} s)",
-      contact, mm(o.achieved_gap), o.discs_singulated, o.contacts_left,
-      o.discs_lost > 0 ? fmt::format(", {} LOST", o.discs_lost) : std::string{}, to_seconds(o.times.look), to_seconds(o.times.decide),
-      to_seconds(o.times.move), to_seconds(o.times.settle));
+      contact, mm(outcome.achieved_gap), outcome.discs_singulated, outcome.contacts_left,
+      outcome.discs_lost > 0 ? fmt::format(", {} LOST", outcome.discs_lost) : std::string{}, to_seconds(outcome.times.look),
+      to_seconds(outcome.times.decide), to_seconds(outcome.times.move), to_seconds(outcome.times.settle));
 }
 
 std::string summary(const RunRecord& run) {
