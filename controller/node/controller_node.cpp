@@ -102,7 +102,8 @@ class HealthReport {
   static HealthState state_of(const LoopStatus& loop, int timer_error) {
     if (timer_error != 0 || loop.action == safety::Action::kFault) return HealthState::kFault;
     if (loop.causes.has(safety::Cause::kNoState)) return HealthState::kStarting;
-    if (loop.action > safety::Action::kHold) return HealthState::kStopped;
+    // A stop that a fresh stroke may end (StrokeExecutor recovers first) must not keep orders out: nobody else would ever end it.
+    if (loop.action > safety::Action::kHold) return loop.recoverable && loop.at_rest ? HealthState::kReady : HealthState::kStopped;
     return loop.action == safety::Action::kRun && loop.obeyed ? HealthState::kReady : HealthState::kDegraded;
   }
 
