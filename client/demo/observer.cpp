@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t kKept = 30;
 
 template <typename T>
-void keep(std::deque<T>& kept, T&& value) {
+void keep(std::deque<T>& kept, T value) {
   kept.push_back(std::move(value));
   if (kept.size() > kKept) kept.pop_front();
 }
@@ -31,7 +31,7 @@ CellObserver::CellObserver(int cell_domain)
                             keep(frames_, std::move(m));
                           }},
       plan_subscription_{participant_, [this](Plan&& m) { on_plan(std::move(m)); }},
-      outcome_subscription_{participant_, [this](Outcome&& m) { on_outcome(std::move(m)); }},
+      outcome_subscription_{participant_, [this](const Outcome& m) { on_outcome(m); }},
       task_subscription_{participant_,
                          [this](TaskStatus&& m) {
                            const std::lock_guard lock{mutex_};
@@ -118,11 +118,11 @@ void CellObserver::on_plan(Plan&& plan) {
   changed_.notify_all();
 }
 
-void CellObserver::on_outcome(Outcome&& outcome) {
+void CellObserver::on_outcome(const Outcome& outcome) {
   const std::lock_guard lock{mutex_};
   for (std::size_t i = decisions_.size(); i-- > 0;) {
     if (decisions_[i].plan.seq != outcome.plan_seq) continue;
-    decisions_[i].outcome = std::move(outcome);
+    decisions_[i].outcome = outcome;
     changes_.push_back(i);
     changed_.notify_all();
     return;

@@ -46,7 +46,7 @@ class CellObserver {
 
  private:
   void on_plan(Plan&& plan);
-  void on_outcome(Outcome&& outcome);
+  void on_outcome(const Outcome& outcome);
   std::optional<ColorFrame> frame_of(const Scene& scene) const;
 
   mutable std::mutex mutex_;
