@@ -28,16 +28,6 @@ constexpr double kStartTolerance = 1e-4;
 /// The measurements on both sides of the contact must not lie further apart: the speed between them would say little.
 constexpr Duration kContactBracket = std::chrono::milliseconds{20};
 
-safety::StateLimits gate_limits(const LoopConfig& config) noexcept {
-  safety::StateLimits limits;
-  limits.joints = config.limits;
-  limits.position_margin = config.position_margin;
-  limits.speed_factor = config.speed_factor;
-  limits.max_age = config.max_state_age;
-  limits.confirm_session = config.confirm_session;
-  return limits;
-}
-
 JointArray to_array(const JointVector& vector) noexcept {
   JointArray array{};
   std::copy_n(vector.data(), vector.size(), array.begin());
@@ -47,14 +37,6 @@ JointArray to_array(const JointVector& vector) noexcept {
 Setpoint to_setpoint(const TrajectoryPoint& point) noexcept { return {point.q, point.qd, point.qdd}; }
 
 }  // namespace
-
-LoopConfig lockstep(LoopConfig config) noexcept {
-  config.lead = config.period;
-  config.freshness.recover_samples = 1;
-  config.confirm_session = 1;
-  config.always_answer = true;
-  return config;
-}
 
 ControlLoop::ControlLoop(const LoopConfig& config, LoopChannels& channels) noexcept
     : config_{config},
@@ -436,18 +418,6 @@ double ControlLoop::distance_to_setpoint() const noexcept {
 
 bool ControlLoop::obeyed() const noexcept {
   return motion_ != Motion::kReleased && !state_.braked && state_.command_seq >= anchor_seq_ && state_.command_seq <= seq_;
-}
-
-const char* to_string(LoopEvent::Refusal refusal) noexcept {
-  using Refusal = LoopEvent::Refusal;
-  switch (refusal) {
-    case Refusal::kNone: return "none";
-    case Refusal::kBusy: return "something moves";
-    case Refusal::kNotReady: return "the controller is stopped or has no fresh joint state";
-    case Refusal::kBadBuffer: return "the trajectory does not fit the loop";
-    case Refusal::kElsewhere: return "the trajectory does not begin where the arm is";
-  }
-  return "invalid";
 }
 
 }  // namespace breakshot::control

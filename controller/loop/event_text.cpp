@@ -4,6 +4,18 @@
 
 namespace breakshot::control {
 
+const char* to_string(LoopEvent::Refusal refusal) noexcept {
+  using Refusal = LoopEvent::Refusal;
+  switch (refusal) {
+    case Refusal::kNone: return "none";
+    case Refusal::kBusy: return "something moves";
+    case Refusal::kNotReady: return "the controller is stopped or has no fresh joint state";
+    case Refusal::kBadBuffer: return "the trajectory does not fit the loop";
+    case Refusal::kElsewhere: return "the trajectory does not begin where the arm is";
+  }
+  return "invalid";
+}
+
 std::string describe(safety::CauseSet causes) {
   std::string text;
   for (std::size_t i = 0; i < safety::kCauses; ++i) {
