@@ -44,8 +44,6 @@ Dip::Tip Dip::at(double t) const noexcept {
 
 DipUse use_of(const Dip& dip, const TipTracker& tracker, const JointLimits& limits, const JointVector& q0, double to,
               double step) noexcept {
-  /// Beyond this ratio to a limit nobody asks by how much.
-  constexpr double kHopeless = 4.0;
   DipUse use;
   const int n = std::max(2, static_cast<int>(std::ceil(std::abs(to) / step)));
   const double h = to / n;  // negative when going back in time: derivatives keep their meaning
@@ -71,7 +69,7 @@ DipUse use_of(const Dip& dip, const TipTracker& tracker, const JointLimits& limi
       use.end.q = q;
       use.end.qd = qd;
     }
-    if (std::max({use.speed, use.acceleration, use.jerk}) > kHopeless) break;
+    if (std::max({use.speed, use.acceleration, use.jerk}) > 1.0) break;  // nobody asks by how much
   }
   use.reachable = true;
   return use;

@@ -64,7 +64,7 @@ struct DipUse {
 };
 
 /// Use of a dip from time 0, where the joints are at q0, to time `to` on either side of it, sampled at least every `step` seconds.
-/// Gives up early where the dip is far from admissible.
+/// Ends at the first sample that is not admissible.
 DipUse use_of(const Dip& dip, const TipTracker& tracker, const JointLimits& limits, const JointVector& q0, double to, double step) noexcept;
 
 /// A dip's states at the ticks `first` <= 0 to `last` >= 0, counted from time 0, where the joints are near q0. Returns whether the arm can follow.

@@ -18,7 +18,7 @@ struct StopLimits {
 /// position, speed and acceleration are continuous and the stop passes only through configurations that were checked. The speed of the
 /// path falls as an S-curve; of the possible durations the shortest admissible one is searched in start().
 ///
-/// Real-time safe: no allocation, no lock, no exception, bounded. start() costs at most about 60 us, step() about 0.2 us.
+/// Real-time safe: no allocation, no lock, no exception, bounded: start() looks at no more than 66 durations of 41 samples each.
 class PathStop {
  public:
   explicit PathStop(const StopLimits& limits = {}) noexcept : limits_{limits} {}

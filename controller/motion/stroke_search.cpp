@@ -10,7 +10,7 @@ namespace breakshot::motion {
 namespace {
 
 /// Distance in time of the samples on which the search decides, s.
-constexpr double kDipStep = 0.004;
+constexpr double kDipStep = 0.006;
 constexpr double kTransitStep = 0.010;
 /// Longest that a hit may take from the safe height to the contact, s.
 constexpr double kLongestApproach = 2.0;
@@ -42,6 +42,12 @@ constexpr int kRolls = 8;
 /// Largest tip acceleration along a direction, by the joint speeds that go with unit tip speed there.
 double tip_limit(const JointVector& joint_per_tip, double joint_limit) noexcept {
   return joint_limit / std::max(joint_per_tip.cwiseAbs().maxCoeff(), 1e-9);
+}
+
+/// Shortest time in which a joint that starts (or ends) at rest can go this way, however it ends (or starts), s.
+double least_time(double way, double speed, double acceleration) noexcept {
+  const double to_speed = 0.5 * speed * speed / acceleration;
+  return way < to_speed ? std::sqrt(2.0 * way / acceleration) : speed / acceleration + (way - to_speed) / speed;
 }
 
 Pose striker_pose(const Vector3& p_WT, double roll) {
@@ -140,6 +146,7 @@ std::optional<StrokeWay> StrokeSearch::find(const StrokeRequest& request, const 
     reached(SearchStage::kSpeed);
     if (((request.speed * branch.per_way).cwiseAbs().array() > limits_.speed.array()).any()) continue;
     reached(SearchStage::kArea);
+    if (least_duration(from.q, q) + least_duration(q, settings_->park) >= best_cost_) continue;
     if (request.kind == StrokeKind::kHit) {
       try_hit(request, branch, share, start, from);
     } else {
@@ -171,6 +178,13 @@ bool StrokeSearch::find_lift(const JointVector& q_start, double share, StrokeWay
     return true;
   }
   return false;
+}
+
+double StrokeSearch::least_duration(const JointVector& a, const JointVector& b) const noexcept {
+  double least = 0.0;
+  for (Eigen::Index i = 0; i < a.size(); ++i)
+    least = std::max(least, least_time(std::abs(a[i] - b[i]), limits_.speed[i], limits_.acceleration));
+  return least;
 }
 
 JointVector StrokeSearch::bend(const JointVector& q, const Vector3& v_WT_W) const noexcept {
@@ -330,6 +344,7 @@ void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, d
       best_->dip->end = after->dip.end;
       best_->q_end = end_pose(request, after->joint);
       best_->duration += before->time + after->time;
+      break;
     }
     if (found) return;
   }

@@ -81,6 +81,8 @@ class StrokeSearch {
   std::optional<Side> leave(const StrokeRequest& request, const Branch& branch, const TipAcceleration& a, double share, bool level);
   /// Least and most acceleration along the line at p_WS that the joints allow next to `climb` upward, m/s^2; least > most: none.
   std::pair<double, double> line_acceleration(const Branch& branch, double climb, double share) const noexcept;
+  /// No transit with one end at rest is shorter than this, s.
+  double least_duration(const JointVector& a, const JointVector& b) const noexcept;
   JointVector bend(const JointVector& q, const Vector3& v_WT_W) const noexcept;
   JointVector end_pose(const StrokeRequest& request, const MotionState& leaving) const;
   bool transit_is_clear();
