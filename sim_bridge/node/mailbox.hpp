@@ -27,11 +27,12 @@ class Mailbox {
     came_.notify_one();
   }
 
-  /// Swaps all values into `out`, oldest first; `out` is emptied before and keeps its memory. Does not wait.
+  /// Swaps all values into `out`, oldest first; `out` is emptied before and keeps its memory. Never waits, not even for the lock: while somebody is just putting
+  /// a value in, `out` stays empty and the values are there for the next call.
   void take_all(std::vector<T>& out) {
     out.clear();
-    const std::lock_guard lock{mutex_};
-    values_.swap(out);
+    const std::unique_lock lock{mutex_, std::try_to_lock};
+    if (lock.owns_lock()) values_.swap(out);
   }
 
   /// As take_all(), but waits for at least one value, a wake() or the time-out.

@@ -143,17 +143,14 @@ void SimBridge::run() {
     process::HealthPublisher health{process_, participant_, [this](Health& h) { return report(h); }};
     process_.ready(fmt::format("{}, {} discs ({})", to_string(process_.cell().mode), formation_.discs.size(), config_.formation));
     while (!process_.wait(milliseconds{200})) {
-      if (const auto why = camera_.failure()) {
-        spdlog::error("code=camera_failed {}", *why);
-        process_.stop();
-        failure = std::make_exception_ptr(CameraError{*why});
-      }
+      if (camera_.failure()) process_.stop();
     }
     scenes_.close();
     commands_.wake();
     physics.join();
   }
   if (failure) std::rethrow_exception(failure);
+  if (const auto why = camera_.failure()) throw CameraError{*why};
 }
 
 void SimBridge::run_realtime() {
