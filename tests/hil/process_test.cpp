@@ -58,7 +58,7 @@ TEST(Processes, AKilledPlannerEndsTheOrderAndNothingResumes) {
 }
 
 TEST(Processes, ADeadBridgeIsSaidAndTheCellTakesNoOrders) {
-  CellUnderTest cell;
+  CellUnderTest cell{{{"planner.clock_silence_s=5"}, {}, true}};
   ASSERT_TRUE(cell.set_table("A"));
   cell.processes().send("sim_bridge", SIGKILL);
   // An order may still be taken before anybody has noticed; then it is given up, and the next one is refused.
