@@ -20,6 +20,8 @@ constexpr double kRimBlur = 1.5;       // px: from there on an edge's blur has f
 constexpr double kMinContrast = 15.0;  // distance of the two sides in RGB, [0, 255]: five times the noise of a sample
 constexpr double kTukey = 4.685;       // 95 % efficiency for normal errors (Holland and Welsch 1977)
 constexpr double kPatches = 8.0;       // of an outline that share one draw of edge_patch_sigma
+constexpr double kAgree = 4.0;         // of edge_sigma_floor: edges this near to a circle agree with it
+constexpr double kMostlySeen = 0.08;   // share of the outline that highlights and noise may cost a disc in full view
 
 using Colour = Eigen::Vector3f;
 
@@ -86,6 +88,35 @@ std::optional<double> half_way(std::span<const Colour> profile, const Mixture& m
   return nearest;
 }
 
+// (x, y, radius) of the circle that most edges agree with, beside the one they were measured about.
+//
+// What covers a disc in part has edges too. They are no circle with the disc's own, so least squares, however robust, would settle on neither
+// where they are many. Tries three edges at a time, at several spacings all around: the same for the same edges.
+Vector3 circle_of_most(std::span<const DiscFitter::Edge> edges, double tolerance) {
+  const std::size_t n = edges.size();
+  Vector3 best = Vector3::Zero();
+  std::ptrdiff_t most = 0;
+  for (const std::size_t share : {12, 8, 5, 3}) {
+    const std::size_t step = std::max<std::size_t>(1, n / share);
+    for (std::size_t first = 0; first < n; first += 3) {
+      Matrix3 rows;
+      Vector3 ranges;
+      for (int i = 0; i < 3; ++i) {
+        const auto& edge = edges[(first + static_cast<std::size_t>(i) * step) % n];
+        rows.row(i) << edge.n_W.x(), edge.n_W.y(), 1.0;
+        ranges[i] = edge.range;
+      }
+      if (std::abs(rows.determinant()) < 1e-3) continue;
+      const Vector3 x = rows.inverse() * ranges;
+      const auto agree = std::count_if(edges.begin(), edges.end(), [&](const auto& edge) { return std::abs(edge.error(x)) < tolerance; });
+      if (agree <= most) continue;
+      most = agree;
+      best = x;
+    }
+  }
+  return best;
+}
+
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -94,8 +125,8 @@ double median(std::vector<double>& values) {
 
 }  // namespace
 
-DiscFitter::DiscFitter(const View& view, const PerceptionSettings& settings, const Segmenter& segmenter)
-    : view_{view}, settings_{settings}, segmenter_{segmenter} {
+DiscFitter::DiscFitter(const View& view, const PerceptionSettings& settings, const Segmenter& segmenter, const ArmMask& arm)
+    : view_{view}, settings_{settings}, segmenter_{segmenter}, arm_{arm} {
   for (std::size_t i = 0; i < light_.size(); ++i) {
     light_[i] = static_cast<float>(255.0 * std::pow(static_cast<double>(i) / 255.0, settings.edge_gamma));
   }
@@ -140,6 +171,7 @@ DiscFitter::Look DiscFitter::look(const cv::Mat3b& rgb, const DepthFrame* depth,
   const Vector2 outer = *pixel + reach / kSampleStep * step;
   const auto within = [&](const Vector2& p) { return p.x() >= 0.0 && p.y() >= 0.0 && p.x() < rgb.cols - 1 && p.y() < rgb.rows - 1; };
   if (!within(inner) || !within(outer)) return Look::kHidden;
+  if (arm_.covers(inner) || arm_.covers(outer)) return Look::kHidden;
   if (depth != nullptr && (occluded(*depth, inner) || occluded(*depth, outer) || occluded(*depth, *pixel + 16.0 * step)))
     return Look::kHidden;
   // The arm, or a highlight: asked of the pixel itself, as the colour table speaks of encoded values.
@@ -190,18 +222,24 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
       if (seen == Look::kEdge) edges.push_back({n_W, range, 1.0});
       if (seen == Look::kNeighbour || seen == Look::kNarrowWall) ++explained;
     }
+    // Something may cover the disc: its edges must not bend the circle.
+    if (kDirections - explained - static_cast<int>(edges.size()) > kMostlySeen * kDirections) {
+      const double tolerance = kAgree * settings_.edge_sigma_floor;
+      const Vector3 most = circle_of_most(edges, tolerance);
+      std::erase_if(edges, [&](const Edge& edge) { return std::abs(edge.error(most)) > tolerance; });
+    }
     if (static_cast<double>(edges.size()) * 360.0 / kDirections < settings_.min_seen_arc_deg) return std::nullopt;
 
     // Robust least squares for the centre's shift and the radius; the errors are small, so two or three rounds settle it.
     Vector3 x{0.0, 0.0, disc.radius};
     for (int round = 0; round < 4; ++round) {
       errors.clear();
-      for (const Edge& e : edges) errors.push_back(std::abs(e.range - x.z() - e.n_W.dot(x.head<2>())));
+      for (const Edge& e : edges) errors.push_back(std::abs(e.error(x)));
       sigma = std::max(1.4826 * median(errors), settings_.edge_sigma_floor);
       normal.setZero();
       Vector3 right = Vector3::Zero();
       for (Edge& e : edges) {
-        const double error = (e.range - x.z() - e.n_W.dot(x.head<2>())) / (kTukey * sigma);
+        const double error = e.error(x) / (kTukey * sigma);
         const double inside = 1.0 - error * error;
         e.weight = inside > 0.0 ? inside * inside : 0.0;
         const Vector3 row{e.n_W.x(), e.n_W.y(), 1.0};
@@ -226,6 +264,7 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
   fit.region = guess.region;
   fit.seen_share = static_cast<double>(good) / kDirections;
   fit.hidden_share = static_cast<double>(kDirections - explained - good) / kDirections;
+  fit.complete = fit.hidden_share < kMostlySeen;
   if (360.0 * fit.seen_share < settings_.min_seen_arc_deg) return std::nullopt;
   // Points that share an error count as one.
   const double patch = settings_.edge_patch_sigma * settings_.edge_patch_sigma * kDirections / kPatches;

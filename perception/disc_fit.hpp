@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/frames.hpp"
+#include "perception/arm_mask.hpp"
 #include "perception/outline_guess.hpp"
 #include "perception/segmentation.hpp"
 #include "perception/settings.hpp"
@@ -21,6 +22,7 @@ struct DiscFit {
   Matrix3 covariance{Matrix3::Zero()};  ///< of (x, y, radius), m^2
   double seen_share = 0.0;              ///< of the outline's directions: an edge of this disc was found there
   double hidden_share = 0.0;            ///< no edge there, and no neighbour disc that explains it: behind the arm or beyond the image
+  bool complete = false;                ///< so little of it is hidden that noise and highlights explain it
   std::uint8_t colour = 0;
   std::size_t region = 0;
 };
@@ -29,26 +31,32 @@ struct DiscFit {
 ///
 /// In each of many directions it walks across the predicted rim (top or base, see View), takes the mean colours just inside and just
 /// outside, and puts the edge where the colour is half-way between them: with the two sides measured on the spot, and the disc's part of a
-/// mixture told by its hue, neither lighting, nor the shade of a bevel or a wall, nor the table's colour shifts it. Directions that look onto a neighbour disc are left out rather than trusted, so that a narrow gap does not
-/// pull two discs together. A robust least-squares circle follows.
+/// mixture told by its hue, neither lighting, nor the shade of a bevel or a wall, nor the table's colour shifts it. Directions that look onto a neighbour
+/// disc, and those where the arm is known to be, are left out rather than trusted. A robust least-squares circle follows; when a good part of
+/// the outline is missing, through those edges only that most of them agree on.
 class DiscFitter {
  public:
-  DiscFitter(const View& view, const PerceptionSettings& settings, const Segmenter& segmenter);
+  /// All of them are kept by reference.
+  DiscFitter(const View& view, const PerceptionSettings& settings, const Segmenter& segmenter, const ArmMask& arm);
 
   /// @param guess       what to refine
   /// @param all         every disc of the scene as known so far; entry `self` is guess's own and is skipped
-  /// @param depth       registered to rgb, or null: then the arm is told from the table by its colour alone
+  /// @param depth       registered to rgb, or null
   /// @return nothing when too little of the outline is seen, or when it is no circle of allowed size
   /// Cost: about 0.15 ms per disc.
   std::optional<DiscFit> fit(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& guess, std::span<const CircleGuess> all,
                              std::size_t self) const;
 
- private:
+  /// One place of a disc's outline.
   struct Edge {
-    Vector2 n_W;   // direction from the centre
-    double range;  // distance of the edge from the centre that it was measured about, m
-    double weight;
+    Vector2 n_W;    ///< direction from the centre
+    double range;   ///< distance of the edge from the centre that it was measured about, m
+    double weight;  ///< in the fit, 0 to 1
+    /// Its distance from the circle x = (x, y, radius), which lies about that centre, m.
+    double error(const Vector3& x) const noexcept { return range - x.z() - n_W.dot(x.head<2>()); }
   };
+
+ private:
   enum class Look {
     kEdge,
     kNeighbour,   // looks onto another disc
@@ -64,6 +72,7 @@ class DiscFitter {
   const View& view_;
   const PerceptionSettings& settings_;
   const Segmenter& segmenter_;
+  const ArmMask& arm_;
   std::array<float, 256> light_;  // of an encoded value, scaled to [0, 255]
 };
 

@@ -38,8 +38,8 @@ std::optional<Circle> through(const Vector2& a, const Vector2& b, const Vector2&
 
 class PatchSearch {
  public:
-  PatchSearch(const View& view, const PerceptionSettings& settings, const Region& region)
-      : view_{view}, settings_{settings}, region_{region} {
+  PatchSearch(const View& view, const PerceptionSettings& settings, const ArmMask& arm, const Region& region)
+      : view_{view}, settings_{settings}, arm_{arm}, region_{region} {
     // Points on the image's border are where the image ends, not where the disc does.
     const auto on_border = [&](const cv::Point& p) {
       return p.x <= 1 || p.y <= 1 || p.x >= view_.camera.width - 2 || p.y >= view_.camera.height - 2;
@@ -48,6 +48,7 @@ class PatchSearch {
     for (std::size_t i = 0; i < region.outline.size(); i += stride) {
       if (on_border(region.outline[i])) continue;
       const Vector2 pixel{region.outline[i].x, region.outline[i].y};
+      if (arm_.covers(pixel)) continue;
       const Vector2 top = view_.camera.point_on_plane(pixel, view_.disc_height);
       points_.push_back({top, view_.base_of_ray(top)});
     }
@@ -131,7 +132,7 @@ class PatchSearch {
     }
   }
 
-  // Share of the circle's inside that belongs to the patch.
+  // Share of the circle's inside, as far as it can be seen, that belongs to the patch.
   double fill(const Circle& circle) const {
     int inside = 0;
     int seen = 0;
@@ -142,7 +143,7 @@ class PatchSearch {
         const auto pixel = view_.camera.project({p.x(), p.y(), view_.disc_height});
         if (!pixel) continue;
         const cv::Point at{static_cast<int>(std::lround(pixel->x())), static_cast<int>(std::lround(pixel->y()))};
-        if (at.x < 0 || at.y < 0 || at.x >= view_.camera.width || at.y >= view_.camera.height) continue;
+        if (at.x < 0 || at.y < 0 || at.x >= view_.camera.width || at.y >= view_.camera.height || arm_.covers(*pixel)) continue;
         ++seen;
         if (region_.box.contains(at) && region_.mask(at - region_.box.tl()) != 0) ++inside;
       }
@@ -152,6 +153,7 @@ class PatchSearch {
 
   const View& view_;
   const PerceptionSettings& settings_;
+  const ArmMask& arm_;
   const Region& region_;
   std::vector<OutlinePoint> points_;
   double spacing_ = 0.0;  // between neighbouring points, m
@@ -159,12 +161,13 @@ class PatchSearch {
 
 }  // namespace
 
-OutlineGuesser::OutlineGuesser(const View& view, const PerceptionSettings& settings) : view_{view}, settings_{settings} {}
+OutlineGuesser::OutlineGuesser(const View& view, const PerceptionSettings& settings, const ArmMask& arm)
+    : view_{view}, settings_{settings}, arm_{arm} {}
 
 std::vector<CircleGuess> OutlineGuesser::guess(std::span<const Region> regions) const {
   std::minstd_rand random{1};
   std::vector<CircleGuess> guesses;
-  for (std::size_t i = 0; i < regions.size(); ++i) PatchSearch{view_, settings_, regions[i]}.find(random, guesses, i);
+  for (std::size_t i = 0; i < regions.size(); ++i) PatchSearch{view_, settings_, arm_, regions[i]}.find(random, guesses, i);
   return guesses;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "perception/arm_mask.hpp"
 #include "perception/segmentation.hpp"
 #include "perception/settings.hpp"
 #include "perception/view.hpp"
@@ -21,11 +22,12 @@ struct CircleGuess {
 /// Finds the discs behind the outlines of coloured patches: one for a patch of one disc, several where discs of one colour touch.
 ///
 /// Samples three outline points, draws their circle and counts the outline points that agree, each on the plane of its rim (see View);
-/// takes the best circle, removes its points and goes on while a good arc is left. Straight pieces (the arm's edge, the image border)
-/// agree with no circle.
+/// takes the best circle, removes its points and goes on while a good arc is left. Points on the image's border or where the arm is known to
+/// be are no part of a disc's outline; other straight pieces agree with no circle.
 class OutlineGuesser {
  public:
-  OutlineGuesser(const View& view, const PerceptionSettings& settings);
+  /// All of them are kept by reference; the mask is the one of the frame that guess() works on.
+  OutlineGuesser(const View& view, const PerceptionSettings& settings, const ArmMask& arm);
 
   /// @return the guesses of all regions; the same for the same input (its random draws start anew on each call)
   std::vector<CircleGuess> guess(std::span<const Region> regions) const;
@@ -33,6 +35,7 @@ class OutlineGuesser {
  private:
   const View& view_;
   const PerceptionSettings& settings_;
+  const ArmMask& arm_;
 };
 
 }  // namespace breakshot::perception

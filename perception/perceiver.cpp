@@ -1,5 +1,6 @@
 #include "perception/perceiver.hpp"
 
+#include "perception/arm_mask.hpp"
 #include "perception/disc_fit.hpp"
 #include "perception/image_check.hpp"
 #include "perception/outline_guess.hpp"
@@ -27,6 +28,7 @@ void validate(const PerceptionSettings& s, const CameraModel& camera) {
   check(!s.colours.empty() && s.colours.size() <= 250, "found " + std::to_string(s.colours.size()) + " disc colours; allowed 1 to 250");
   check(s.disc_height >= 0.0, "disc_height must not be negative");
   check(0.0 < s.radius_min && s.radius_min < s.radius_max, "radius_min must be positive and below radius_max");
+  check(s.arm_margin >= 0.0, "arm_margin must not be negative");
   check(s.morphology_px >= 1 && s.morphology_px % 2 == 1, "morphology_px must be odd");
   check(s.paper.thickness_px >= 1 && s.paper.thickness_px % 2 == 1, "paper.thickness_px must be odd");
   check(camera.width >= 64 && camera.height >= 64 && camera.fx > 0.0 && camera.fy > 0.0, "the camera model is not set");
@@ -53,13 +55,14 @@ double gap_between(const DiscFit& a, const DiscFit& b) noexcept { return (a.p_WD
 
 class Perceiver::Impl {
  public:
-  Impl(const PerceptionSettings& settings, const CameraModel& camera)
+  Impl(const PerceptionSettings& settings, const CameraModel& camera, const ArmDescription& arm, const Pose& X_WB)
       : settings_{settings},
         view_{camera, settings.disc_height},
+        arm_{camera, arm, X_WB, settings.arm_margin},
         image_check_{camera.width, camera.height, settings.dark_level},
         segmenter_{settings_},
-        guesser_{view_, settings_},
-        fitter_{view_, settings_, segmenter_},
+        guesser_{view_, settings_, arm_},
+        fitter_{view_, settings_, segmenter_, arm_},
         contours_{view_, settings_},
         tracker_{settings_} {
     // The smallest patch worth a look: half of the smallest disc's top face, the rest behind the arm.
@@ -68,7 +71,8 @@ class Perceiver::Impl {
     min_area_px_ = static_cast<int>(0.5 * std::numbers::pi * radius_px * radius_px);
   }
 
-  Scene process(const ColorFrame& color, const DepthFrame* depth) {
+  Scene process(const ColorFrame& color, const DepthFrame* depth, std::span<const Pose> X_WL) {
+    arm_.place(X_WL);
     Scene scene;
     scene.seq = ++scenes_;
     scene.frame_seq = color.seq;
@@ -129,7 +133,6 @@ class Perceiver::Impl {
   }
 
   void add_discs(Scene& scene) const {
-    constexpr double kMostlySeen = 0.08;  // share of the outline that highlights and noise may cost a disc in full view
     for (const DiscFit& fit : fits_) {
       SceneDisc disc;
       disc.p_WD = fit.p_WD;
@@ -137,7 +140,7 @@ class Perceiver::Impl {
       disc.radius = fit.radius;
       disc.radius_sigma = std::sqrt(fit.covariance(2, 2));
       disc.colour = fit.colour;
-      disc.complete = fit.hidden_share < kMostlySeen;
+      disc.complete = fit.complete;
       scene.discs.push_back(disc);
     }
   }
@@ -161,6 +164,7 @@ class Perceiver::Impl {
 
   PerceptionSettings settings_;
   View view_;
+  ArmMask arm_;
   ImageCheck image_check_;
   Segmenter segmenter_;
   OutlineGuesser guesser_;
@@ -173,15 +177,17 @@ class Perceiver::Impl {
   std::vector<DiscFit> fits_;
 };
 
-Perceiver::Perceiver(const PerceptionSettings& settings, const CameraModel& camera) {
+Perceiver::Perceiver(const PerceptionSettings& settings, const CameraModel& camera, const ArmDescription& arm, const Pose& X_WB) {
   validate(settings, camera);
-  impl_ = std::make_unique<Impl>(settings, camera);
+  impl_ = std::make_unique<Impl>(settings, camera, arm, X_WB);
 }
 Perceiver::~Perceiver() = default;
 Perceiver::Perceiver(Perceiver&&) noexcept = default;
 Perceiver& Perceiver::operator=(Perceiver&&) noexcept = default;
 
-Scene Perceiver::process(const ColorFrame& color, const DepthFrame* depth) { return impl_->process(color, depth); }
+Scene Perceiver::process(const ColorFrame& color, const DepthFrame* depth, std::span<const Pose> X_WL) {
+  return impl_->process(color, depth, X_WL);
+}
 const CameraModel& Perceiver::camera() const noexcept { return impl_->camera(); }
 
 }  // namespace breakshot::perception

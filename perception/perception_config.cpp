@@ -35,6 +35,7 @@ PerceptionConfig load_perception_config(const ConfigDocument& document, const Ce
   s.edge_patch_sigma = kMetrePerMillimetre * node.number("edge_patch_sigma_mm", {0.0, 5.0}, "mm");
   s.edge_common_sigma = kMetrePerMillimetre * node.number("edge_common_sigma_mm", {0.0, 5.0}, "mm");
   s.touch_gap = kMetrePerMillimetre * node.number("touch_gap_mm", {0.0, 10.0}, "mm");
+  s.arm_margin = kMetrePerMillimetre * node.number("arm_margin_mm", {0.0, 50.0}, "mm");
   s.occluder_height = node.number("occluder_height", {cell.disc_height, 1.0}, "m");
   s.max_disc_speed = node.number("max_disc_speed", {0.1, 20.0}, "m/s");
   s.dark_level = node.number("dark_level", {0.0, 255.0}, "of 255");

@@ -47,6 +47,7 @@ struct PerceptionSettings {
   double edge_patch_sigma = 40e-6;   ///< shared by the points of an eighth of the outline (shading, sampling), m
   double edge_common_sigma = 25e-6;  ///< shared by all points: goes into the radius, not into the centre, m
   double touch_gap = 0.5e-3;         ///< pairs nearer than this touch; p_touch = P(gap < touch_gap), m
+  double arm_margin = 0.006;         ///< the arm hides so much more than its shapes say (needs the poses of its links), m
   double occluder_height = 0.060;    ///< what stands higher than this above the table is the arm, m (needs depth)
   double max_disc_speed = 3.0;       ///< bounds the search from frame to frame, m/s
   double dark_level = 24.0;          ///< a frame whose brightest percent stays below this carries no light, [0, 255]

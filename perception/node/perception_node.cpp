@@ -4,7 +4,10 @@
 #include "common/dds/cell_topics.hpp"
 #include "common/dds/endpoint.hpp"
 #include "common/process/health_publisher.hpp"
+#include "common/urdf/cell_arm.hpp"
+#include "controller/kinematics/arm_kinematics.hpp"
 #include "perception/camera_match.hpp"
+#include "perception/joint_history.hpp"
 #include "perception/node/frame_intake.hpp"
 #include "perception/perceiver.hpp"
 #include "perception/perception_config.hpp"
@@ -17,7 +20,9 @@
 #include <array>
 #include <atomic>
 #include <mutex>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace breakshot::perception {
 namespace {
@@ -81,10 +86,11 @@ class FrameFigures {
 
 class PerceptionNode {
  public:
-  PerceptionNode(process::Process& process, const PerceptionConfig& config, const CameraModel& camera)
+  PerceptionNode(process::Process& process, const PerceptionConfig& config, const CameraModel& camera, const ArmDescription& arm)
       : process_{process},
         config_{config},
-        perceiver_{config.settings, camera},
+        kinematics_{arm, process.cell().arm.X_WB},
+        perceiver_{config.settings, camera, arm, process.cell().arm.X_WB},
         participant_{process.cell().dds.cell, "breakshot-perception"},
         intake_{participant_, config.depth_wait} {}
 
@@ -116,7 +122,7 @@ class PerceptionNode {
   void handle(const FramePair& frames) {
     const Time start = process::monotonic_now();
     process_.clock().observe(frames.color.exposed);
-    const Scene scene = perceiver_.process(frames.color, frames.has_depth ? &frames.depth : nullptr);
+    const Scene scene = perceiver_.process(frames.color, frames.has_depth ? &frames.depth : nullptr, links_at(frames.color.exposed));
     scenes_.write(scene);
     const Time end = process::monotonic_now();
     // In lockstep mode stamps are not of the monotonic clock, and the age of a frame is no time that anybody waited.
@@ -130,6 +136,17 @@ class PerceptionNode {
         spdlog::warn("code=image quality=\"{}\" text=\"{}\"", to_string(quality_), scene.text);
       }
     }
+  }
+
+  // Poses of the arm's links at the exposure of a frame; nothing when no joint states came.
+  std::span<const Pose> links_at(Time exposed) {
+    const auto q = joints_.at(exposed);
+    const bool known = q && q->size() == kinematics_.joints();
+    if (arm_known_.exchange(known) != known) spdlog::info("code=arm known_by={}", known ? "joints" : "depth");
+    if (!known) return {};
+    X_WL_.resize(static_cast<std::size_t>(kinematics_.joints()));
+    (void)kinematics_.links_in_world(*q, X_WL_);
+    return X_WL_;
   }
 
   bool report(Health& h) {
@@ -150,9 +167,10 @@ class PerceptionNode {
       h.text = "the camera's calibration is not confirmed: nothing on cell/camera_info yet";
     } else {
       h.state = HealthState::kReady;
-      h.text = s.frames == 0 ? "waits for the first frame on cell/color"
-                             : fmt::format("sees {} discs; {:.1f} ms a frame at the most, scenes {:.0f} ms after exposure", s.discs,
-                                           1e-3 * s.max_us, s.age_ms);
+      h.text = s.frames == 0
+                   ? "waits for the first frame on cell/color"
+                   : fmt::format("sees {} discs; {:.1f} ms a frame at the most, scenes {:.0f} ms after exposure{}", s.discs,
+                                 1e-3 * s.max_us, s.age_ms, arm_known_ ? "" : "; no joint states: the arm is known by depth only");
     }
     const std::uint64_t cycles = cycles_;
     return std::exchange(reported_cycles_, cycles) != cycles;
@@ -160,15 +178,19 @@ class PerceptionNode {
 
   process::Process& process_;
   const PerceptionConfig& config_;
+  kinematics::ArmKinematics kinematics_;
   Perceiver perceiver_;
   dds::Participant participant_;
   FrameIntake intake_;
   dds::Reader<CameraModel> infos_{participant_};
+  JointHistory joints_;
+  dds::Subscription<JointState> joint_states_{participant_, [this](JointState&& state) { joints_.add(state); }};
+  std::vector<Pose> X_WL_;
   dds::Writer<Scene> scenes_{participant_};
   FrameFigures figures_{process::monotonic_now()};
   std::atomic<std::uint64_t> cycles_{0};
   std::uint64_t reported_cycles_ = 0;
-  std::atomic<bool> verified_{false};
+  std::atomic<bool> verified_{false}, arm_known_{false};
   SceneQuality quality_ = SceneQuality::kOk;
 };
 
@@ -179,7 +201,7 @@ void run_perception(process::Process& process) {
   const CameraModel camera = load_camera(process.cell().camera_file);
   // A frame takes a few milliseconds on one core; OpenCV's pool would only take the cores of the controller and the simulator.
   cv::setNumThreads(1);
-  PerceptionNode{process, config, camera}.run();
+  PerceptionNode{process, config, camera, load_cell_arm(process.cell())}.run();
 }
 
 }  // namespace breakshot::perception

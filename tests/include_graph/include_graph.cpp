@@ -40,6 +40,7 @@ const std::vector<Rule>& folder_rules() {
       {"controller/loop", {"common/", "controller/rt", "controller/safety", "controller/motion", "controller/kinematics"}},
       {"controller", {"common", "controller"}},
       {"perception", {"common", "perception"}},
+      {"perception/node", {"common", "perception", "controller/kinematics"}},
       {"planner/world", {"common/"}},
       {"planner/estimate", {"common/", "planner/world"}},
       {"planner/strategy", {"common/", "planner/world", "planner/estimate"}},
