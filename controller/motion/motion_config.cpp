@@ -19,6 +19,7 @@ MotionSettings load_motion_settings(const ConfigNode& node, const CellConfig& ce
   motion.clearance = node.number("clearance", {0.001, 0.2}, "m");
   motion.link_clearance = node.number("link_clearance", {0.0, 0.5}, "m");
   motion.run_in_band = node.number("run_in_band", {0.0, 0.1}, "m");
+  motion.descent = node.number("descent", {0.0, 1.0}, "m");
 
   const ConfigNode area = node.child("striker_area");
   motion.striker_area = {area.vector2("min", {-2.0, 2.0}), area.vector2("max", {-2.0, 2.0})};
@@ -34,6 +35,7 @@ MotionSettings load_motion_settings(const ConfigNode& node, const CellConfig& ce
   motion.stop.acceleration = stop.number("acceleration", {motion.max_acceleration, 1000.0}, "rad/s^2");
   motion.stop.jerk = stop.number("jerk", {motion.max_jerk, kUnbounded}, "rad/s^3");
 
+  motion.striker_radius = cell.striker_radius;
   motion.tip_height = cell.tip_height;
   motion.disc_height = cell.disc_height;
   motion.park = cell.arm.park;

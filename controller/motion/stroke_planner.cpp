@@ -93,7 +93,10 @@ Result<StrokeTimes, Refusal> StrokePlanner::plan(const StrokeRequest& asked, con
   if (auto refusal = validate(asked, q_start)) return *std::move(refusal);
   StrokeRequest request = asked;
   if (request.kind != StrokeKind::kPark) request.direction_W.normalize();
-  if (const auto times = try_plan(request, q_start, false, out)) return *times;
+  // The quickest way, else any: the one may fail the check of every tick where the other stands it.
+  for (const bool first_found : {false, true}) {
+    if (const auto times = try_plan(request, q_start, first_found, out)) return *times;
+  }
   return refuse(request, q_start, search_.stage(), out);
 }
 
@@ -244,7 +247,7 @@ Refusal StrokePlanner::refuse(const StrokeRequest& request, const JointVector& q
     return {RefusalReason::kUnreachable, 0.0, text("no joint positions put the striker at (%.3f, %.3f) m", x, y)};
 
   StrokeRequest slower = request;
-  const auto accepted = [&](double speed) {
+  const auto accepted = [&](double speed) {  // then plan() accepts it, too
     slower.speed = speed;
     return speed >= kSlowestStroke && try_plan(slower, q_start, true, out).has_value();
   };
