@@ -29,8 +29,18 @@ std::optional<JointVector> nearest_turns(const ArmKinematics& arm, const JointVe
   return result;
 }
 
-InverseKinematics::InverseKinematics(const ArmKinematics& arm, const GeneralIkOptions& options)
-    : arm_{&arm}, general_{arm, options}, closed_form_{ParallelAxesIk::recognise(arm)} {}
+InverseKinematics::InverseKinematics(const ArmKinematics& arm, const GeneralIkOptions& options) : arm_{&arm}, general_{arm, options} {
+  if (const auto parallel_axes = ParallelAxesIk::recognise(arm)) {
+    closed_form_ = *parallel_axes;
+  } else if (const auto spherical_wrist = SphericalWristIk::recognise(arm)) {
+    closed_form_ = *spherical_wrist;
+  }
+}
+
+Branches InverseKinematics::branches(const Pose& X_BT, const JointVector& near) const noexcept {
+  if (const auto* parallel_axes = std::get_if<ParallelAxesIk>(&closed_form_)) return parallel_axes->solve(X_BT, near[5]);
+  return std::get_if<SphericalWristIk>(&closed_form_)->solve(X_BT, near[3]);
+}
 
 void InverseKinematics::add(IkSolutions& solutions, const JointVector& q) const noexcept {
   const bool known =
@@ -40,10 +50,10 @@ void InverseKinematics::add(IkSolutions& solutions, const JointVector& q) const 
 
 IkSolutions InverseKinematics::solve(const Pose& X_WT, const JointVector& near) const noexcept {
   IkSolutions solutions;
-  if (closed_form_) {
-    const Branches branches = closed_form_->solve(arm_->X_WB().inverse() * X_WT, near[near.size() - 1]);
-    for (std::size_t i = 0; i < branches.size; ++i) {
-      if (const auto q = nearest_turns(*arm_, branches.q[i], near)) solutions.q[solutions.size++] = *q;
+  if (has_closed_form()) {
+    const Branches all = branches(arm_->X_WB().inverse() * X_WT, near);
+    for (std::size_t i = 0; i < all.size; ++i) {
+      if (const auto q = nearest_turns(*arm_, all.q[i], near)) solutions.q[solutions.size++] = *q;
     }
   } else {
     int start = 0;
@@ -54,8 +64,19 @@ IkSolutions InverseKinematics::solve(const Pose& X_WT, const JointVector& near) 
       start += result.starts;
     }
   }
-  std::sort(solutions.q.begin(), solutions.q.begin() + static_cast<std::ptrdiff_t>(solutions.size),
-            [&](const JointVector& a, const JointVector& b) { return largest_way(a, near) < largest_way(b, near); });
+  // Few enough for insertion, with every way measured once.
+  std::array<double, IkSolutions::kCapacity> way;
+  for (std::size_t i = 0; i < solutions.size; ++i) {
+    const JointVector q = solutions.q[i];
+    const double way_of_q = largest_way(q, near);
+    std::size_t place = i;
+    for (; place > 0 && way[place - 1] > way_of_q; --place) {
+      way[place] = way[place - 1];
+      solutions.q[place] = solutions.q[place - 1];
+    }
+    way[place] = way_of_q;
+    solutions.q[place] = q;
+  }
   return solutions;
 }
 

@@ -2,10 +2,12 @@
 
 #include "controller/kinematics/general_ik.hpp"
 #include "controller/kinematics/parallel_axes_ik.hpp"
+#include "controller/kinematics/spherical_wrist_ik.hpp"
 
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <variant>
 
 namespace breakshot::kinematics {
 
@@ -24,14 +26,14 @@ struct IkSolutions {
 /// The turn of every joint (q + 2 pi k, within limits) that is nearest to `near`; nothing when some joint has none within its limits.
 std::optional<JointVector> nearest_turns(const ArmKinematics& arm, const JointVector& q, const JointVector& near) noexcept;
 
-/// Inverse kinematics of any arm: closed form where the geometry allows it, else the general solver from many starts.
+/// Inverse kinematics of any arm: closed form where the geometry allows it (UR class, spherical wrist), else the general solver from many starts.
 ///
 /// Immutable after construction and without allocation, so threads may share one. Keeps a pointer to the arm, which must outlive it.
 class InverseKinematics {
  public:
   explicit InverseKinematics(const ArmKinematics& arm, const GeneralIkOptions& options = {});
 
-  bool has_closed_form() const noexcept { return closed_form_.has_value(); }
+  bool has_closed_form() const noexcept { return closed_form_.index() != 0; }
 
   /// Closed form: every branch that has a turn within limits. General: the distinct solutions of up to kGeneralSearches searches.
   /// Distance is the largest joint's way from `near`, which is what a transit's time depends on.
@@ -42,11 +44,13 @@ class InverseKinematics {
   static constexpr int kGeneralSearches = 8;
 
  private:
+  /// All branches in closed form, joints in [-pi, pi]; has_closed_form() is a condition.
+  Branches branches(const Pose& X_BT, const JointVector& near) const noexcept;
   void add(IkSolutions& solutions, const JointVector& q) const noexcept;
 
   const ArmKinematics* arm_;
   GeneralIk general_;
-  std::optional<ParallelAxesIk> closed_form_;
+  std::variant<std::monostate, ParallelAxesIk, SphericalWristIk> closed_form_;
 };
 
 }  // namespace breakshot::kinematics

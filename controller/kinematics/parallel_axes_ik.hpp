@@ -1,22 +1,11 @@
 #pragma once
 
-#include "common/geometry.hpp"
-#include "common/joints.hpp"
-#include "controller/kinematics/arm_kinematics.hpp"
+#include "controller/kinematics/closed_form.hpp"
 
 #include <array>
 #include <optional>
 
 namespace breakshot::kinematics {
-
-/// Most branches of an arm of this class: shoulder, wrist and elbow, two ways each.
-inline constexpr std::size_t kMaxBranches = 8;
-
-/// The joint vectors that put the tip in one pose.
-struct Branches {
-  std::array<JointVector, kMaxBranches> q;
-  std::size_t size = 0;
-};
 
 /// Closed-form inverse kinematics of six-joint arms whose axes 2, 3 and 4 are parallel and whose axes 5 and 6 meet: the UR class.
 ///
@@ -36,9 +25,6 @@ class ParallelAxesIk {
  private:
   ParallelAxesIk() = default;
 
-  struct Axis {
-    Vector3 point, direction;  ///< in B at q = 0
-  };
   std::array<Axis, 6> axes_;
   double sign3_ = 1.0, sign4_ = 1.0;  ///< +1 when axis 3 (4) points along axis 2, -1 when against it
   Vector3 meeting_;                   ///< P at q = 0, in B

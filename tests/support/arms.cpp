@@ -7,14 +7,10 @@ namespace breakshot::support {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180.0;
 
-Pose pose(const Vector3& p, double roll = 0.0, double pitch = 0.0, double yaw = 0.0) {
-  Pose X = Pose::Identity();
-  X.translation() = p;
-  X.linear() =
-      (Eigen::AngleAxisd{yaw, Vector3::UnitZ()} * Eigen::AngleAxisd{pitch, Vector3::UnitY()} * Eigen::AngleAxisd{roll, Vector3::UnitX()})
-          .toRotationMatrix();
+Pose pose(const Vector3& p, double roll = 0.0) {
+  Pose X{Eigen::Translation3d{p}};
+  X.rotate(Eigen::AngleAxisd{roll, Vector3::UnitX()});
   return X;
 }
 
@@ -27,6 +23,8 @@ void add_joint(ArmDescription& arm, const Pose& X_PL, const Vector3& axis, doubl
   link.I_Com_L = 0.01 * Matrix3::Identity();
   arm.links.push_back(link);
 }
+
+ArmDescription load(const std::string& name) { return load_arm(BREAKSHOT_TEST_ARMS "/" + name + ".urdf", "base_link", "tip"); }
 
 }  // namespace
 
@@ -46,50 +44,8 @@ ArmDescription ur5e() {
   return arm;
 }
 
-ArmDescription panda() {
-  ArmDescription arm;
-  arm.name = "panda";
-  const Vector3 z = Vector3::UnitZ();
-  // Craig's DH: Rx(alpha) Tx(a) Tz(d), which is one fixed step here.
-  add_joint(arm, pose({0, 0, 0.333}), z, -2.8973, 2.8973, 2.175);
-  add_joint(arm, pose({0, 0, 0}, -kPi / 2), z, -1.7628, 1.7628, 2.175);
-  add_joint(arm, pose({0, -0.316, 0}, kPi / 2), z, -2.8973, 2.8973, 2.175);
-  add_joint(arm, pose({0.0825, 0, 0}, kPi / 2), z, -3.0718, -0.0698, 2.175);
-  add_joint(arm, pose({-0.0825, 0.384, 0}, -kPi / 2), z, -2.8973, 2.8973, 2.61);
-  add_joint(arm, pose({0, 0, 0}, kPi / 2), z, -0.0175, 3.7525, 2.61);
-  add_joint(arm, pose({0.088, 0, 0}, kPi / 2), z, -2.8973, 2.8973, 2.61);
-  arm.X_LT = pose({0, 0, 0.107});
-  return arm;
-}
-
-ArmDescription irb2400() {
-  ArmDescription arm;
-  arm.name = "irb2400";
-  const Vector3 x = Vector3::UnitX();
-  const Vector3 y = Vector3::UnitY();
-  add_joint(arm, pose({0, 0, 0}), Vector3::UnitZ(), -180 * kDegree, 180 * kDegree, 150 * kDegree);
-  add_joint(arm, pose({0.1, 0, 0.615}), y, -100 * kDegree, 110 * kDegree, 150 * kDegree);
-  add_joint(arm, pose({0, 0, 0.705}), y, -60 * kDegree, 65 * kDegree, 150 * kDegree);
-  add_joint(arm, pose({0, 0, 0.135}), x, -200 * kDegree, 200 * kDegree, 360 * kDegree);
-  add_joint(arm, pose({0.755, 0, 0}), y, -120 * kDegree, 120 * kDegree, 360 * kDegree);
-  add_joint(arm, pose({0.085, 0, 0}), x, -400 * kDegree, 400 * kDegree, 450 * kDegree);
-  arm.X_LT = pose({0.2, 0, 0}, 0.0, kPi / 2);
-  return arm;
-}
-
-ArmDescription xarm7() {
-  ArmDescription arm;
-  arm.name = "xarm7";
-  const Vector3 z = Vector3::UnitZ();
-  const double full = 2.0 * kPi;
-  add_joint(arm, pose({0, 0, 0.267}), z, -full, full, 3.14);
-  add_joint(arm, pose({0, 0, 0}, -kPi / 2), z, -2.059, 2.0944, 3.14);
-  add_joint(arm, pose({0, -0.293, 0}, kPi / 2), z, -full, full, 3.14);
-  add_joint(arm, pose({0.0525, 0, 0}, kPi / 2), z, -0.19198, 3.927, 3.14);
-  add_joint(arm, pose({0.0775, -0.3425, 0}, kPi / 2), z, -full, full, 3.14);
-  add_joint(arm, pose({0, 0, 0}, kPi / 2), z, -1.69297, kPi, 3.14);
-  add_joint(arm, pose({0.076, 0.097, 0}, -kPi / 2), z, -full, full, 3.14);
-  return arm;
-}
+ArmDescription panda() { return load("panda"); }
+ArmDescription irb2400() { return load("irb2400"); }
+ArmDescription xarm7() { return load("xarm7"); }
 
 }  // namespace breakshot::support

@@ -4,7 +4,8 @@
 
 namespace breakshot::support {
 
-/// Arms for tests of kinematics, built from published figures. Links have masses and no shapes; only kinematics and limits matter.
+/// Arms for tests of kinematics, by published figures; all but the first are files in tests/support/arms/. Links have masses and no shapes: only
+/// kinematics and limits matter.
 
 /// UR5e with the cell's striker: Denavit-Hartenberg figures and ranges that Universal Robots publishes, striker 0.2 m beyond the flange.
 ArmDescription ur5e();

@@ -129,9 +129,36 @@ TEST(ParallelAxesIk, IsRecognisedByGeometryAlone) {
   EXPECT_FALSE(recognised(other));
 }
 
-TEST(ParallelAxesIk, FindsEveryReachablePoseAndTheVeryJointsItWasMadeFrom) {
-  const ArmKinematics arm{support::ur5e(), base_in_world()};
+TEST(SphericalWristIk, IsRecognisedByGeometryAlone) {
+  const auto recognised = [](const ArmDescription& description) {
+    return SphericalWristIk::recognise(ArmKinematics{description, Pose::Identity()}).has_value();
+  };
+  EXPECT_TRUE(recognised(support::irb2400()));
+  EXPECT_FALSE(recognised(support::ur5e()));
+  EXPECT_FALSE(recognised(support::panda()));
+
+  ArmDescription bent = support::irb2400();
+  bent.joints[4].X_PL.translation().y() += 1e-3;
+  EXPECT_FALSE(recognised(bent));
+}
+
+/// Arms with a closed form. The last one has its elbow and wrist turned round, an offset shoulder and a slanted wrist: still of the class.
+ArmDescription odd_spherical_wrist() {
+  ArmDescription arm = support::irb2400();
+  arm.joints[2].axis_L = -arm.joints[2].axis_L;
+  arm.joints[4].axis_L = -arm.joints[4].axis_L;
+  arm.joints[2].X_PL.translation().y() += 0.1;
+  arm.joints[3].X_PL.rotate(Eigen::AngleAxisd{0.3, Vector3{1.0, 2.0, 3.0}.normalized()});
+  return arm;
+}
+
+class ClosedFormArms : public testing::TestWithParam<ArmDescription (*)()> {};
+INSTANTIATE_TEST_SUITE_P(Arms, ClosedFormArms, testing::Values(&support::ur5e, &support::irb2400, &odd_spherical_wrist));
+
+TEST_P(ClosedFormArms, FindsEveryReachablePoseAndTheVeryJointsItWasMadeFrom) {
+  const ArmKinematics arm{GetParam()(), base_in_world()};
   const InverseKinematics ik{arm};
+  ASSERT_TRUE(ik.has_closed_form());
   std::mt19937 random{2};
   for (int i = 0; i < kPoses; ++i) {
     const JointVector truth = random_joints(arm, random);
@@ -150,6 +177,21 @@ TEST(ParallelAxesIk, FindsEveryReachablePoseAndTheVeryJointsItWasMadeFrom) {
     }
     // With the truth as reference, its own branch at its own turns comes first.
     EXPECT_LT((solutions.q[0] - truth).cwiseAbs().maxCoeff(), 1e-5);
+  }
+}
+
+TEST(ClosedForm, KeepsTheJointThatIsFreeWhereAxesFallTogether) {
+  for (const auto description : {&support::ur5e, &support::irb2400}) {
+    const ArmKinematics arm{description(), base_in_world()};
+    const InverseKinematics ik{arm};
+    std::mt19937 random{5};
+    for (int i = 0; i < 100; ++i) {
+      JointVector truth = random_joints(arm, random);
+      truth[4] = 0.0;  // axis 6 along axis 4
+      const IkSolutions solutions = ik.solve(arm.tip_in_world(truth), truth);
+      ASSERT_FALSE(solutions.empty());
+      EXPECT_LT((solutions.q[0] - truth).cwiseAbs().maxCoeff(), 1e-5);
+    }
   }
 }
 
