@@ -58,8 +58,8 @@ class StrokePlanner {
   /// may still be refused by plan(). Refusals say no attainable speed.
   Result<StrokeTimes, Refusal> estimate(const StrokeRequest& request, const JointVector& q_start);
 
-  /// Largest tip speed along a direction at a place by joint speeds alone, over all branches, m/s; 0 where the arm does not reach.
-  /// An upper bound of what plan() accepts.
+  /// Largest tip speed along a direction at a place by joint speeds and accelerations at that place alone, over all branches, m/s; 0 where
+  /// the arm does not reach. An upper bound of what plan() accepts.
   double speed_bound(const Vector2& p_WS, const Vector2& direction_W) const noexcept { return search_.speed_bound(p_WS, direction_W); }
 
   const kinematics::ArmKinematics& kinematics() const noexcept { return kinematics_; }

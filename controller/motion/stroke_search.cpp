@@ -106,10 +106,25 @@ kinematics::IkSolutions StrokeSearch::branches(const Vector2& p_WS, const JointV
 }
 
 double StrokeSearch::speed_bound(const Vector2& p_WS, const Vector2& direction_W) const noexcept {
+  constexpr int kHalvings = 20;
+  const Vector3 v_WT_W{direction_W.x(), direction_W.y(), 0.0};
   double bound = 0.0;
   for (const JointVector& q : branches(p_WS, settings_->park)) {
-    const JointVector per_tip = tracker_.joint_speed(q, {direction_W.x(), direction_W.y(), 0.0});
-    bound = std::max(bound, (limits_.speed.array() / per_tip.array().abs().max(1e-9)).minCoeff());
+    const JointVector zero = JointVector::Zero(q.size());
+    const JointVector bend_at_1 = bend(q, v_WT_W);
+    Branch branch{q, tracker_.joint_speed(q, v_WT_W), zero, zero};
+    double high = (limits_.speed.array() / branch.per_way.array().abs().max(1e-9)).minCoeff();
+    // Passing straight through takes joint accelerations that grow with the speed's square; speeding up or slowing down on the line may help.
+    const auto stands = [&](double speed) {
+      branch.bend = speed * speed * bend_at_1;
+      const auto [least, most] = line_acceleration(branch, 0.0, 1.0);
+      return least <= most;
+    };
+    if (!stands(high)) {
+      double low = 0.0;
+      for (int i = 0; i < kHalvings; ++i) (stands(0.5 * (low + high)) ? low : high) = 0.5 * (low + high);
+    }
+    bound = std::max(bound, high);
   }
   return bound;
 }

@@ -118,6 +118,7 @@ TEST_P(Hits, MeetTheDiscAsAskedAndNeverTwice) {
       continue;
     }
     ++accepted;
+    EXPECT_LE(request.speed, planner_.speed_bound(request.p_WS, request.direction_W));
     const StrokeAudit found = audit(planner_, request, *times, *out_);
     expect_within_limits(found, *times);
     expect_exact(found, *times);
