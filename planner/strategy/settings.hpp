@@ -22,7 +22,7 @@ struct CellKnowledge {
   double hit_fall = 0.15;    ///< the tip is lower than the discs' tops from at most so long before the contact, s (measured: 0.12)
   Vector2 p_WB{-0.5, 0.0};   ///< the arm's base: "nearer to the arm" is nearer to it, m
   /// Where the striker's axis may be while it is low, W, m; the controller refuses what leaves its own (motion::MotionSettings).
-  Rect striker_area{{-0.64, -0.54}, {0.64, 0.54}};
+  Rect striker_area{{-0.44, -0.44}, {0.44, 0.44}};
 };
 
 /// How strokes are made and chosen; the same for every strategy, so that they compare.
