@@ -105,7 +105,7 @@ class Camera::Implementation {
 
   void add_link(const std::vector<LinkVisual>& visuals, const Pose& X_WL) {
     for (const LinkVisual& visual : visuals) {
-      scene_.arm.add(visual.solid, X_WL * visual.shape.X_LS, visual.shape.rgb, projector_, scene_.mesh_tiles);
+      scene_.arm.add(visual.solid, X_WL * visual.shape.X_LS, visual.shape.rgb, projector_, scene_.solid_tiles);
       if (!light_.shadows) continue;
       scene_.shadows.add_capsule({X_WL * visual.shadow.start, X_WL * visual.shadow.end, visual.shadow.radius}, light_, projector_);
     }
@@ -118,7 +118,7 @@ class Camera::Implementation {
       scene_.shadows.select_around({disc.p_WD.x(), disc.p_WD.y(), 0.0}, disc.radius + disc.height, light_);
       if (scene_.shadows.any_selected()) visibility = [this](const Vector3& p_W) { return scene_.shadows.visibility(p_W, light_); };
     }
-    scene_.discs.add(disc, settings_.palette[disc.colour], projector_, visibility, scene_.mesh_tiles);
+    scene_.discs.add(disc, settings_.palette[disc.colour], projector_, visibility, scene_.disc_tiles);
   }
 
   void draw_background(const std::vector<LinkVisual>& base, const Pose& X_WB) {
@@ -132,9 +132,9 @@ class Camera::Implementation {
     X_WFloor.translation().z() = -table.height_over_floor;
 
     scene_.clear();
-    scene_.table.add(make_floor({6.0, 6.0}), X_WFloor, table.floor_rgb, projector_, scene_.mesh_tiles);
-    scene_.table.add(make_solid(slab), X_WSlab, table.rgb, projector_, scene_.mesh_tiles);
-    scene_.mesh_tiles.mark_all();
+    scene_.table.add(make_floor({6.0, 6.0}), X_WFloor, table.floor_rgb, projector_, scene_.solid_tiles);
+    scene_.table.add(make_solid(slab), X_WSlab, table.rgb, projector_, scene_.solid_tiles);
+    scene_.solid_tiles.mark_all();
     rasteriser_.draw(scene_, IdealImage{model().width, model().height}, image_);
 
     scene_.clear();
@@ -164,7 +164,8 @@ class Camera::Implementation {
     // What the last frame drew and this one does not: background again.
     drawn_.for_each_run([&](const PixelRect& run) { restore(run); });
     rasteriser_.draw(scene_, background_, image_);
-    drawn_ = scene_.mesh_tiles;
+    drawn_ = scene_.solid_tiles;
+    drawn_.mark(scene_.disc_tiles);
     drawn_.mark(scene_.shadows.arm_tiles());
     drawn_.mark(scene_.shadows.disc_tiles());
   }

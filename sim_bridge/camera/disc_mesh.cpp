@@ -8,7 +8,7 @@ namespace breakshot::sim_bridge {
 namespace {
 
 /// Cells per side of the rectangle: for a lens that bends it, and for a shadow that is interpolated between its corners.
-constexpr int kCellsPlain = 1, kCellsDistorted = 3, kCellsShaded = 5;
+constexpr int kCellsPlain = 1, kCellsDistorted = 3, kCellsShaded = 3;
 
 }  // namespace
 

@@ -83,26 +83,19 @@ Target::Target(int width, int height, std::initializer_list<GLenum> colour_forma
     : width_{width}, height_{height} {
   glGenFramebuffers(1, &framebuffer_);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
-  std::vector<GLenum> attachments;
-  for (const GLenum format : colour_formats) {
-    attachments.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(attachments.size()));
-    GLuint texture = 0;
-    glGenTextures(1, &texture);
-    glBindTexture(GL_TEXTURE_2D, texture);
-    glTexStorage2D(GL_TEXTURE_2D, 1, format, width, height);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, attachments.back(), GL_TEXTURE_2D, texture, 0);
-    if (texture_ == 0) texture_ = texture;
-  }
-  if (with_depth_buffer) {
+  const auto attach = [&](GLenum format, GLenum attachment) {
     GLuint renderbuffer = 0;
     glGenRenderbuffers(1, &renderbuffer);
     glBindRenderbuffer(GL_RENDERBUFFER, renderbuffer);
-    glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, width, height);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, renderbuffer);
+    glRenderbufferStorage(GL_RENDERBUFFER, format, width, height);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, renderbuffer);
+  };
+  std::vector<GLenum> attachments;
+  for (const GLenum format : colour_formats) {
+    attachments.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(attachments.size()));
+    attach(format, attachments.back());
   }
+  if (with_depth_buffer) attach(GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
   glDrawBuffers(static_cast<GLsizei>(attachments.size()), attachments.data());
   if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
     throw CameraError{"camera: the GL driver cannot render an image of " + std::to_string(width) + " x " + std::to_string(height) + " px"};
@@ -112,11 +105,6 @@ Target::Target(int width, int height, std::initializer_list<GLenum> colour_forma
 void Target::bind() const {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   glViewport(0, 0, width_, height_);
-}
-
-void Target::bind_as_texture() const {
-  glActiveTexture(GL_TEXTURE0);
-  glBindTexture(GL_TEXTURE_2D, texture_);
 }
 
 void check_gl(const char* where) {

@@ -67,12 +67,10 @@ class Target {
 
   /// Draws and reads go here from now on.
   void bind() const;
-  /// Lets shaders read the first colour, blended linearly between its pixels, as texture unit 0.
-  void bind_as_texture() const;
 
  private:
   int width_, height_;
-  GLuint framebuffer_ = 0, texture_ = 0;
+  GLuint framebuffer_ = 0;
 };
 
 /// @throws CameraError when GL has recorded an error since the last check

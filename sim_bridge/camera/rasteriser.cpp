@@ -7,16 +7,27 @@
 namespace breakshot::sim_bridge {
 namespace {
 
-using shaders::kLight, shaders::kOutputs, shaders::kShading, shaders::kShadowCommon;
+using shaders::kLight, shaders::kOutputs, shaders::kShading;
 
 constexpr std::size_t kLayers = 4;
 /// Where the layers sample a pixel, px from its centre: the rotated grid that GL's standard 4x pattern has.
 constexpr std::array<std::array<double, 2>, kLayers> kSamples{{{-0.125, -0.375}, {0.375, -0.125}, {-0.375, 0.125}, {0.125, 0.375}}};
 
+/// Depths in clip space: what lies there hides nothing, or everything.
+constexpr float kFar = 1.0F, kNearest = -1.0F;
+
 /// One array plus another; the compiler does many at a time.
 template <typename Sum, typename Value>
 void add(const Value* values, std::size_t count, Sum* sums) {
   for (std::size_t i = 0; i < count; ++i) sums[i] = static_cast<Sum>(sums[i] + values[i]);
+}
+
+/// Calls visit(index of the first pixel, count) for each row of a rectangle.
+template <typename Visit>
+void for_each_row(const PixelRect& rect, int image_width, Visit&& visit) {
+  for (int row = rect.y; row < rect.y + rect.height; ++row) {
+    visit(static_cast<std::size_t>(row * image_width + rect.x), static_cast<std::size_t>(rect.width));
+  }
 }
 
 }  // namespace
@@ -27,105 +38,61 @@ Rasteriser::Rasteriser(const Projector& projector, const Light& light, const Tab
       table_{{"table", {shaders::kTableVertex}, {kLight, kShading, kOutputs, shaders::kTableFragment}}, VertexStream{4, 3, 3, 3}, -1},
       arm_{{"arm", {kLight, kShading, shaders::kArmVertex}, {kOutputs, shaders::kArmFragment}}, VertexStream{4, 3, 3, 3}, -1},
       discs_{{"discs", {kLight, shaders::kDiscVertex}, {kLight, kOutputs, shaders::kDiscFragment}}, VertexStream{4, 2, 4, 3, 1}, -1},
-      clear_{{"clear", {shaders::kClearVertex}, {kOutputs, shaders::kClearFragment}}, VertexStream{2}, -1},
-      arm_shadow_{{"arm shadow", {kLight, kShadowCommon, shaders::kArmShadowVertex}, {kLight, shaders::kArmShadowFragment}},
-                  VertexStream{4, 2, 3, 4, 4},
-                  -1},
-      enlarge_{{"enlarge", {shaders::kEnlargeVertex}, {shaders::kEnlargeFragment}}, VertexStream{2}, -1},
-      disc_shadows_{{"disc shadows", {kLight, kShadowCommon, shaders::kDiscShadowVertex}, {kLight, shaders::kDiscShadowFragment}},
-                    VertexStream{4, 2, 4},
-                    -1},
-      layer_target_{width_, height_, {GL_RGBA8, GL_R16UI}, true},
-      half_target_{(width_ + 1) / 2, (height_ + 1) / 2, {GL_R8}, false},
-      shadow_target_{width_, height_, {GL_R8}, false},
-      all_tiles_{width_, height_},
-      shadow_tiles_{width_, height_},
+      clear_{{"clear", {shaders::kClearVertex}, {kOutputs, shaders::kClearFragment}}, VertexStream{3}, -1},
+      shadow_layer_{projector, light, table},
+      target_{width_, height_, {GL_RGBA8, GL_R16UI}, true},
+      mesh_tiles_{width_, height_},
+      shadow_tiles_{mesh_tiles_},
+      all_tiles_{mesh_tiles_},
+      filled_{mesh_tiles_},
+      outlined_{mesh_tiles_},
       run_rgba_(4 * static_cast<std::size_t>(width_ * TileGrid::kTile)),
       run_depth_(static_cast<std::size_t>(width_ * TileGrid::kTile)),
       sum_rgba_(4 * static_cast<std::size_t>(width_ * height_)),
-      sum_depth_(static_cast<std::size_t>(width_ * height_)),
-      shadow_factor_(static_cast<std::size_t>(width_ * height_)) {
-  for (Pass* pass : {&table_, &arm_, &discs_, &arm_shadow_, &disc_shadows_}) {
+      sum_depth_(static_cast<std::size_t>(width_ * height_)) {
+  for (Pass* pass : {&table_, &arm_, &discs_}) {
     pass->jitter = pass->program.uniform("jitter");
     pass->program.use();
     pass->program.set("light_W", light.direction_W);
-    pass->program.set("tan_softness", light.tan_softness);
     pass->program.set("ambient", light.ambient);
     pass->program.set("p_WC", Vector3{projector.model().X_WC.translation()});
-    pass->program.set("table_half", Vector2{0.5 * table.size});
     pass->program.set("texture_strength", table.texture);
     pass->program.set("near_plane", Projector::kNear);
   }
   glDisable(GL_DITHER);
   glFrontFace(GL_CW);  // image row 0 is GL's row 0, which mirrors what GL sees
   glClearColor(1.0F, 1.0F, 1.0F, 1.0F);
-  glBlendFunc(GL_DST_COLOR, GL_ZERO);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   check_gl("setting up the renderer");
 }
 
-void Rasteriser::fill_quads(const TileGrid& tiles) {
+void Rasteriser::draw_quads(const TileGrid& tiles, float depth) {
   const auto to_clip = [](int pixel, int size) { return 2.0F * static_cast<float>(pixel) / static_cast<float>(size) - 1.0F; };
   quads_.clear();
   tiles.for_each_run([&](const PixelRect& run) {
     const float left = to_clip(run.x, width_), right = to_clip(run.x + run.width, width_);
     const float low = to_clip(run.y, height_), high = to_clip(run.y + run.height, height_);
-    quads_.insert(quads_.end(), {{left, low}, {left, high}, {right, high}, {left, low}, {right, high}, {right, low}});
+    for (const auto& corner : {std::array{left, low}, std::array{left, high}, std::array{right, high},  //
+                               std::array{left, low}, std::array{right, high}, std::array{right, low}}) {
+      quads_.push_back({corner[0], corner[1], depth});
+    }
   });
-}
-
-void Rasteriser::draw_shadows(const ShadowMesh& shadows) {
-  const bool arm = !shadows.arm_vertices().empty();
-  if (arm) {
-    half_target_.bind();
-    glClear(GL_COLOR_BUFFER_BIT);
-    glEnable(GL_BLEND);
-    glBlendEquation(GL_MIN);  // a point in the shadow of two links is in the shadow of one arm
-    arm_shadow_.program.use();
-    arm_shadow_.stream.upload(shadows.arm_vertices());
-    arm_shadow_.stream.draw(shadows.arm_vertices().size());
-    glDisable(GL_BLEND);
-  }
-
-  shadow_target_.bind();
-  glEnable(GL_SCISSOR_TEST);
-  all_tiles_.for_each_run([&](const PixelRect& run) {
-    glScissor(run.x, run.y, run.width, run.height);
-    glClear(GL_COLOR_BUFFER_BIT);
-  });
-  glDisable(GL_SCISSOR_TEST);
-  if (arm) {
-    fill_quads(shadows.arm_tiles());
-    half_target_.bind_as_texture();
-    enlarge_.program.use();
-    enlarge_.stream.upload(quads_);
-    enlarge_.stream.draw(quads_.size());
-  }
-  glEnable(GL_BLEND);
-  glBlendEquation(GL_FUNC_ADD);  // with glBlendFunc above: the shadows multiply
-  disc_shadows_.program.use();
-  disc_shadows_.stream.upload(shadows.disc_vertices());
-  disc_shadows_.stream.draw(shadows.disc_vertices().size());
-  glDisable(GL_BLEND);
-
-  glPixelStorei(GL_PACK_ROW_LENGTH, width_);
-  all_tiles_.for_each_run([&](const PixelRect& run) {
-    glReadPixels(run.x, run.y, run.width, run.height, GL_RED, GL_UNSIGNED_BYTE,
-                 &shadow_factor_[static_cast<std::size_t>(run.y * width_ + run.x)]);
-  });
+  clear_.stream.upload(quads_);
+  clear_.program.use();
+  clear_.stream.draw(quads_.size());
 }
 
 void Rasteriser::draw_layer(const Scene& scene, std::size_t layer) {
+  glDepthFunc(GL_ALWAYS);
+  draw_quads(outlined_, kFar);
+  if (layer == 1) draw_quads(filled_, kNearest);  // and stays so: nothing is nearer
+  glDepthFunc(GL_LESS);
+
   const auto use = [&](const Pass& pass) {
     pass.program.use();
     glUniform2f(pass.jitter, static_cast<float>(-2.0 * kSamples[layer][0] / width_),
                 static_cast<float>(-2.0 * kSamples[layer][1] / height_));
   };
-  glDepthFunc(GL_ALWAYS);
-  clear_.program.use();
-  clear_.stream.draw(quads_.size());
-  glDepthFunc(GL_LESS);
-
   // Front to back: what the arm hides is not shaded.
   glEnable(GL_CULL_FACE);
   use(arm_);
@@ -138,20 +105,40 @@ void Rasteriser::draw_layer(const Scene& scene, std::size_t layer) {
 }
 
 void Rasteriser::add_layer(const TileGrid& tiles) {
-  glPixelStorei(GL_PACK_ROW_LENGTH, 0);
   tiles.for_each_run([&](const PixelRect& run) {
     glReadBuffer(GL_COLOR_ATTACHMENT0);
     glReadPixels(run.x, run.y, run.width, run.height, GL_RGBA, GL_UNSIGNED_BYTE, run_rgba_.data());
     glReadBuffer(GL_COLOR_ATTACHMENT1);
     glReadPixels(run.x, run.y, run.width, run.height, GL_RED_INTEGER, GL_UNSIGNED_SHORT, run_depth_.data());
-    const auto width = static_cast<std::size_t>(run.width);
-    for (std::size_t row = 0; row < static_cast<std::size_t>(run.height); ++row) {
-      const std::size_t pixel =
-          (static_cast<std::size_t>(run.y) + row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(run.x);
-      add(&run_rgba_[4 * row * width], 4 * width, &sum_rgba_[4 * pixel]);
-      add(&run_depth_[row * width], width, &sum_depth_[pixel]);
-    }
+    std::size_t read = 0;
+    for_each_row(run, width_, [&](std::size_t first, std::size_t count) {
+      add(&run_rgba_[4 * read], 4 * count, &sum_rgba_[4 * first]);
+      add(&run_depth_[read], count, &sum_depth_[first]);
+      read += count;
+    });
   });
+}
+
+void Rasteriser::find_filled(const Scene& scene) {
+  // The first layer stands for all of them where the arm alone fills a tile. The table fills tiles too, but has texture.
+  if (!scene.table.indices().empty()) return;
+  TileGrid& arm_alone = outlined_;
+  arm_alone = scene.solid_tiles;
+  arm_alone.unmark(scene.disc_tiles);
+  arm_alone.for_each_tile([&](const PixelRect& tile) {
+    std::uint32_t background = 0;
+    for_each_row(tile, width_, [&](std::size_t first, std::size_t count) {
+      for (std::size_t pixel = first; pixel < first + count; ++pixel) background |= sum_rgba_[4 * pixel + 3];
+    });
+    if (background != 0) return;
+    filled_.mark_tile(tile);
+    for_each_row(tile, width_, [&](std::size_t first, std::size_t count) {
+      for (std::size_t i = 4 * first; i < 4 * (first + count); ++i) sum_rgba_[i] = static_cast<std::uint16_t>(kLayers * sum_rgba_[i]);
+      for (std::size_t i = first; i < first + count; ++i) sum_depth_[i] *= kLayers;
+    });
+  });
+  outlined_ = mesh_tiles_;
+  outlined_.unmark(filled_);
 }
 
 void Rasteriser::compose_mesh(const PixelRect& run, const IdealImage& background, IdealImage& image) const {
@@ -160,7 +147,7 @@ void Rasteriser::compose_mesh(const PixelRect& run, const IdealImage& background
     for (std::size_t pixel = first; pixel < first + static_cast<std::size_t>(run.width); ++pixel) {
       const std::uint16_t* sum = &sum_rgba_[4 * pixel];
       const std::uint32_t uncovered = sum[3] / 255U;  // layers that show the background
-      const std::uint32_t shadow = shadow_factor_[pixel];
+      const std::uint32_t shadow = shadow_layer_.factors()[pixel];
       const std::uint32_t factor = uncovered * (shadow + (shadow >> 7));  // 256 is 1, per layer
       for (std::size_t channel = 0; channel < 3; ++channel) {
         const std::uint32_t value = 256U * sum[channel] + factor * background.rgb[3 * pixel + channel];
@@ -183,7 +170,7 @@ void Rasteriser::compose_shadow(const PixelRect& run, const IdealImage& backgrou
     const auto first = static_cast<std::size_t>(row * width_ + run.x);
     const auto width = static_cast<std::size_t>(run.width);
     for (std::size_t pixel = first; pixel < first + width; ++pixel) {
-      const std::uint32_t shadow = shadow_factor_[pixel];
+      const std::uint32_t shadow = shadow_layer_.factors()[pixel];
       const std::uint32_t factor = shadow + (shadow >> 7);
       for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i) {
         image.rgb[i] = static_cast<std::uint8_t>((factor * background.rgb[i] + 128) >> 8);
@@ -194,36 +181,38 @@ void Rasteriser::compose_shadow(const PixelRect& run, const IdealImage& backgrou
 }
 
 void Rasteriser::draw(const Scene& scene, const IdealImage& background, IdealImage& image) {
+  mesh_tiles_ = scene.solid_tiles;
+  mesh_tiles_.mark(scene.disc_tiles);
   shadow_tiles_ = scene.shadows.arm_tiles();
   shadow_tiles_.mark(scene.shadows.disc_tiles());
-  all_tiles_ = scene.mesh_tiles;
+  all_tiles_ = mesh_tiles_;
   all_tiles_.mark(shadow_tiles_);
   if (all_tiles_.empty()) return;
-  draw_shadows(scene.shadows);
+  shadow_layer_.draw(scene.shadows, all_tiles_);
 
-  scene.mesh_tiles.for_each_run([&](const PixelRect& run) {
-    for (int row = run.y; row < run.y + run.height; ++row) {
-      const auto first = static_cast<std::size_t>(row * width_ + run.x);
-      std::fill_n(&sum_rgba_[4 * first], 4 * static_cast<std::size_t>(run.width), std::uint16_t{0});
-      std::fill_n(&sum_depth_[first], static_cast<std::size_t>(run.width), 0U);
-    }
+  mesh_tiles_.for_each_run([&](const PixelRect& run) {
+    for_each_row(run, width_, [&](std::size_t first, std::size_t count) {
+      std::fill_n(&sum_rgba_[4 * first], 4 * count, std::uint16_t{0});
+      std::fill_n(&sum_depth_[first], count, 0U);
+    });
   });
-  fill_quads(scene.mesh_tiles);
-  clear_.stream.upload(quads_);
   table_.stream.upload(scene.table.vertices(), scene.table.indices());
   arm_.stream.upload(scene.arm.vertices(), scene.arm.indices());
   discs_.stream.upload(scene.discs.vertices());
-  layer_target_.bind();
+  target_.bind();
   glEnable(GL_DEPTH_TEST);
+  outlined_ = mesh_tiles_;
+  filled_.clear();
   for (std::size_t layer = 0; layer < kLayers; ++layer) {
     draw_layer(scene, layer);
-    add_layer(scene.mesh_tiles);
+    add_layer(outlined_);
+    if (layer == 0) find_filled(scene);
   }
   glDisable(GL_DEPTH_TEST);
   check_gl("rendering a frame");
 
-  scene.mesh_tiles.for_each_run([&](const PixelRect& run) { compose_mesh(run, background, image); });
-  shadow_tiles_.for_each_run([&](const PixelRect& run) { compose_shadow(run, background, image); }, &scene.mesh_tiles);
+  mesh_tiles_.for_each_run([&](const PixelRect& run) { compose_mesh(run, background, image); });
+  shadow_tiles_.for_each_run([&](const PixelRect& run) { compose_shadow(run, background, image); }, &mesh_tiles_);
 }
 
 }  // namespace breakshot::sim_bridge

@@ -5,6 +5,7 @@
 #include "sim_bridge/camera/gl_objects.hpp"
 #include "sim_bridge/camera/mesh.hpp"
 #include "sim_bridge/camera/shadow.hpp"
+#include "sim_bridge/camera/shadow_layer.hpp"
 #include "sim_bridge/camera/tile_grid.hpp"
 
 #include <array>
@@ -24,27 +25,30 @@ struct IdealImage {
 
 /// What one frame shows.
 struct Scene {
-  explicit Scene(const Projector& projector) : shadows{projector}, mesh_tiles{projector.model().width, projector.model().height} {}
+  explicit Scene(const Projector& projector)
+      : shadows{projector}, solid_tiles{projector.model().width, projector.model().height}, disc_tiles{solid_tiles} {}
   void clear() {
     table.clear();
     arm.clear();
     discs.clear();
     shadows.clear();
-    mesh_tiles.clear();
+    solid_tiles.clear();
+    disc_tiles.clear();
   }
 
   SceneMesh table, arm;
   DiscMesh discs;
   ShadowMesh shadows;
-  TileGrid mesh_tiles;  ///< touched by table, arm or discs
+  TileGrid solid_tiles;  ///< touched by table or arm
+  TileGrid disc_tiles;
 };
 
 /// Draws scenes with OpenGL ES 3.0 and composes them over a background.
 ///
 /// Anti-aliasing: the scene is drawn four times, each time a different quarter of a pixel aside (a rotated grid, so that upright and level
 /// edges have four levels too), and averaged on the CPU. On llvmpipe this costs half of 4x multisampling, whose resolve alone takes 25 ns per
-/// pixel there, and needs nothing beyond ES 3.0. Shadows on the table are soft, so they are drawn once, as factors, and the arm's at
-/// half the resolution.
+/// pixel there, and needs nothing beyond ES 3.0. Tiles that the arm fills have no outlines and are drawn once only. Shadows on the table are
+/// soft, so they are drawn once, as factors, and the arm's at a quarter of the resolution.
 ///
 /// All members need the context in which the object was made to be current.
 class Rasteriser {
@@ -62,23 +66,27 @@ class Rasteriser {
     GLint jitter;
   };
 
-  void fill_quads(const TileGrid& tiles);
-  void draw_shadows(const ShadowMesh& shadows);
   void draw_layer(const Scene& scene, std::size_t layer);
+  void draw_quads(const TileGrid& tiles, float depth);
   void add_layer(const TileGrid& tiles);
+  void find_filled(const Scene& scene);
   void compose_mesh(const PixelRect& run, const IdealImage& background, IdealImage& image) const;
   void compose_shadow(const PixelRect& run, const IdealImage& background, IdealImage& image) const;
 
   int width_, height_;
-  Pass table_, arm_, discs_, clear_, arm_shadow_, enlarge_, disc_shadows_;
-  Target layer_target_, half_target_, shadow_target_;
-  TileGrid all_tiles_, shadow_tiles_;        ///< that the frame being drawn touches
-  std::vector<std::array<float, 2>> quads_;  ///< corners of tiles
-  std::vector<std::uint8_t> run_rgba_;       ///< one run of tiles of one layer
+  Pass table_, arm_, discs_, clear_;
+  ShadowLayer shadow_layer_;
+  Target target_;
+
+  // Of the frame being drawn:
+  TileGrid mesh_tiles_, shadow_tiles_, all_tiles_;
+  TileGrid filled_;    ///< tiles that the arm fills
+  TileGrid outlined_;  ///< the other tiles of mesh_tiles_
+  std::vector<std::array<float, 3>> quads_;
+  std::vector<std::uint8_t> run_rgba_;  ///< one run of tiles of one layer
   std::vector<std::uint16_t> run_depth_;
-  std::vector<std::uint16_t> sum_rgba_;  ///< of the layers
+  std::vector<std::uint16_t> sum_rgba_;  ///< of the layers; alpha counts layers that show the background, times 255
   std::vector<std::uint32_t> sum_depth_;
-  std::vector<std::uint8_t> shadow_factor_;
 };
 
 }  // namespace breakshot::sim_bridge

@@ -51,9 +51,8 @@ void expose_block(const std::uint8_t* ideal, const Sensor::BlockCoefficients& wi
     Signed value = static_cast<Signed>(multiply_high(static_cast<Unsigned>(ideal[i] << 8), with.gain[i]));
     value = value > kFull ? kFull : value;
     const auto x = static_cast<Unsigned>(value << 4);  // 0 to 1 as 0 to 65280
-    const Unsigned bow = multiply_high(x, static_cast<Unsigned>(65280 - x));
-    const auto deviation =
-        static_cast<Signed>(with.sigma_start[i] + multiply_high(x, with.sigma_slope[i]) + multiply_high(bow, with.sigma_bow[i]));
+    const auto steepness = static_cast<Unsigned>(with.sigma_slope[i] + multiply_high(static_cast<Unsigned>(65280 - x), with.sigma_bow[i]));
+    const auto deviation = static_cast<Signed>(with.sigma_start[i] + multiply_high(x, steepness));
     // 8 + 12 - 16 = 4 bits below the point, as the value has.
     const Signed noise = multiply_high(deviation, deviates[i]);
     auto noisy = static_cast<Signed>(static_cast<Signed>(value + noise + 8) >> kValueBits);

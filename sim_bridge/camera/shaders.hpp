@@ -155,10 +155,10 @@ inline constexpr const char* kArmFragment = R"(
   }
 )";
 
-/// Empties the marked tiles: nothing there, background visible.
+/// Resets tiles: nothing there and the background visible, up to the given depth.
 inline constexpr const char* kClearVertex = R"(
-  layout(location = 0) in vec2 position;
-  void main() { gl_Position = vec4(position, 1.0, 1.0); }
+  layout(location = 0) in vec3 position;
+  void main() { gl_Position = vec4(position, 1.0); }
 )";
 inline constexpr const char* kClearFragment = R"(
   void main() {
@@ -210,6 +210,7 @@ inline constexpr const char* kDiscShadowFragment = R"(
 
 /// The shadow of one capsule of the arm; the darkest of all counts. CapsuleShadow::visibility() in shadow.cpp is the same formula.
 inline constexpr const char* kArmShadowVertex = R"(
+  uniform vec2 fit;                      // share of the target that the image takes
   layout(location = 0) in vec4 clip;
   layout(location = 1) in vec2 p_W;
   layout(location = 2) in vec3 p_light;  // p_W in the light's axes
@@ -226,7 +227,7 @@ inline constexpr const char* kArmShadowVertex = R"(
     v_ambient = ambient_share(p_W);
     v_radius = start.w;
     v_along = along;
-    gl_Position = clip;
+    gl_Position = vec4(clip.xy * fit + (fit - 1.0) * clip.w, clip.zw);
   }
 )";
 inline constexpr const char* kArmShadowFragment = R"(
@@ -245,22 +246,6 @@ inline constexpr const char* kArmShadowFragment = R"(
     bool shaded = height > 0.0 && all(lessThan(abs(v_p), table_half));
     factor = vec4(shaded ? sqrt(mix(v_ambient, 1.0, visible)) : 1.0);
   }
-)";
-
-/// Brings the arm's shadow, drawn at half the resolution, to the full one.
-inline constexpr const char* kEnlargeVertex = R"(
-  layout(location = 0) in vec2 position;
-  out vec2 v_place;
-  void main() {
-    v_place = 0.5 * position + 0.5;
-    gl_Position = vec4(position, 0.0, 1.0);
-  }
-)";
-inline constexpr const char* kEnlargeFragment = R"(
-  uniform sampler2D source;
-  in vec2 v_place;
-  out vec4 factor;
-  void main() { factor = vec4(texture(source, v_place).r); }
 )";
 
 }  // namespace breakshot::sim_bridge::shaders

@@ -40,13 +40,27 @@ class TileGrid {
     }
   }
 
+  /// Marks the tile that begins where the rectangle does.
+  void mark_tile(const PixelRect& tile) { marked_[index(tile.x / kTile, tile.y / kTile)] = 1; }
+
   void mark(const TileGrid& other) {
     for (std::size_t i = 0; i < marked_.size(); ++i) marked_[i] |= other.marked_[i];
   }
 
-  bool operator==(const TileGrid& other) const = default;
+  void unmark(const TileGrid& other) {
+    for (std::size_t i = 0; i < marked_.size(); ++i) marked_[i] = static_cast<std::uint8_t>(marked_[i] & ~other.marked_[i]);
+  }
+
   bool empty() const {
     return std::none_of(marked_.begin(), marked_.end(), [](std::uint8_t tile) { return tile != 0; });
+  }
+
+  /// Calls visit(PixelRect) for each marked tile.
+  template <typename Visit>
+  void for_each_tile(Visit&& visit) const {
+    for_each_run([&](const PixelRect& run) {
+      for (int x = run.x; x < run.x + run.width; x += kTile) visit(PixelRect{x, run.y, std::min(kTile, run.x + run.width - x), run.height});
+    });
   }
 
   /// Calls visit(PixelRect) for each maximal horizontal run of tiles that are marked here and, when `except` is given, not there.
