@@ -63,7 +63,7 @@ class SceneMaker {
   std::vector<DiscState> spread() {
     std::vector<DiscState> discs;
     while (discs.size() < 6) {
-      const auto disc = support::disc_at(uniform(-0.3, 0.3), uniform(-0.275, 0.275), colour(discs.size() + random_() % 8));
+      const auto disc = support::disc_at(uniform(-0.3, 0.3), uniform(-0.3, 0.3), colour(discs.size() + random_() % 8));
       if (free(discs, disc, 0.0)) discs.push_back(disc);
     }
     return discs;

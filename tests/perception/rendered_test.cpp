@@ -199,6 +199,50 @@ TEST_F(Rendered, TheArmHidesDiscsButBendsNone) {
   }
 }
 
+// The image is 0.62 m high on the table: a disc whose centre is near the workspace's edge in y is seen in part. It is measured all the same,
+// and says that less of it was seen.
+TEST_F(Rendered, DiscsThatTheBorderCutsAreMeasuredWithLargerCovariance) {
+  const auto parked = links(studio_->cell.arm.park);
+  Perceiver eyes = perceiver();
+  double nees = 0.0, radius_nees = 0.0, worst = 0.0, worst_radius = 0.0, least_sigma = 1.0, whole_sigma = 0.0;
+  int cut = 0;
+  for (int i = 0; i < 8; ++i) {
+    std::vector<DiscState> discs{support::disc_at(0.0, 0.0, 7)};
+    for (std::uint8_t k = 0; k < 7; ++k) {
+      discs.push_back(support::disc_at(-0.27 + 0.09 * k, (k % 2 == 0 ? 1.0 : -1.0) * uniform(0.285, 0.30), k));
+    }
+    const auto picture = take(discs, parked);
+    const Scene scene = eyes.process(picture.color, &picture.depth, parked);
+    ASSERT_EQ(scene.discs.size(), discs.size());
+    for (const auto& disc : scene.discs) {
+      const DiscState& truth = truth_of(disc, discs);
+      EXPECT_EQ(disc.colour, truth.colour);
+      const Vector2 error = disc.p_WD - truth.p_WD;
+      const double sigma = std::sqrt(disc.covariance.trace());
+      if (disc.complete) {
+        whole_sigma = std::max(whole_sigma, sigma);
+        continue;
+      }
+      ++cut;
+      least_sigma = std::min(least_sigma, sigma);
+      worst = std::max(worst, error.norm());
+      worst_radius = std::max(worst_radius, std::abs(disc.radius - truth.radius));
+      nees += error.dot(disc.covariance.inverse() * error);
+      radius_nees += std::pow((disc.radius - truth.radius) / disc.radius_sigma, 2);
+    }
+  }
+  std::printf(
+      "  %d cut discs: worst %.3f mm, radius %.3f mm, NEES %.2f (2 is right), of radii %.2f (1 is right); least sigma %.3f mm, whole %.3f "
+      "mm\n",
+      cut, 1e3 * worst, 1e3 * worst_radius, nees / cut, radius_nees / cut, 1e3 * least_sigma, 1e3 * whole_sigma);
+  EXPECT_EQ(cut, 56);
+  EXPECT_LT(worst, 0.4e-3);
+  EXPECT_LT(worst_radius, 0.4e-3);
+  EXPECT_LT(nees / cut, 3.5);
+  EXPECT_LT(radius_nees / cut, 2.5);
+  EXPECT_GT(least_sigma, 1.1 * whole_sigma);
+}
+
 TEST_F(Rendered, HalfAndTwiceTheLightChangeNothing) {
   const auto parked = links(studio_->cell.arm.park);
   for (const double brightness : {0.5, 2.0}) {
