@@ -14,7 +14,7 @@ struct CellKnowledge {
   double disc_mass = 0.1;         ///< of a disc of disc_radius; others weigh by their area, kg
   double disc_radius = 0.030;     ///< m
   double striker_radius = 0.010;  ///< m
-  double striker_mass = 3.0;      ///< effective mass of the arm at the tip, kg; errata.md row (19), (20)
+  double striker_mass = 1.2;      ///< effective mass of the arm at the tip, kg; errata.md row (19), (20)
   /// What the striker does after a hit, in the way that motion::StrokePlanner does it: it hardly brakes but rises at once. Measured over 300
   /// hits of 0.3 to 1.1 m/s all over the workspace: above the discs 0.12 s after the contact, having gone on at 0.95 to 1.0 of the speed.
   double hit_braking = 0.5;  ///< m/s^2
