@@ -15,6 +15,7 @@ find_package(CLI11 2.1 REQUIRED)                                             # l
 find_package(nlohmann_json 3.11 REQUIRED)                                    # nlohmann-json3-dev
 find_package(GTest 1.12 REQUIRED)                                            # libgtest-dev, libgmock-dev
 find_package(benchmark 1.7 REQUIRED)                                         # libbenchmark-dev
+find_package(box2d 2.4 REQUIRED)                                             # libbox2d-dev (bench world only)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(ODE REQUIRED IMPORTED_TARGET ode)                          # libode-dev
 pkg_check_modules(EGL REQUIRED IMPORTED_TARGET egl)                          # libegl-dev

@@ -43,6 +43,8 @@ class ImpactLaw {
   virtual std::string_view name() const noexcept = 0;
   /// Whether the law makes no kinetic energy, whatever the contacts.
   virtual bool keeps_energy_bound() const noexcept = 0;
+  /// Whether two bodies that touch no third part at e times the speed at which they met, so that nobody need ask the law about them.
+  virtual bool bounces_pairs() const noexcept { return true; }
   virtual void resolve(const ImpactProblem& problem, ImpactScratch& scratch) const = 0;
 };
 

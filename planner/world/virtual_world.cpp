@@ -40,43 +40,51 @@ Result<Rollout, WorldInputError> VirtualWorld::run(std::span<const Disc> discs, 
   const int limit = 20'000 + 2'000 * static_cast<int>(discs.size());
   while (true) {
     std::size_t first = 0;
-    double next = kNever;
+    double meet = kNever;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      if (soonest_[i].time < next) {
-        next = soonest_[i].time;
-        first = i;
-      }
+      if (!(next_[i].time < meet)) continue;
+      meet = next_[i].time;
+      first = i;
     }
-    const double striker_turn = striker_down_ ? bodies_[discs_].since + bodies_[discs_].motion.end : kNever;
-    if (striker_turn <= next) {
-      if (striker_turn == kNever) break;
-      time = striker_turn;
+    if (meet == kNever && striker_turn_ == kNever) break;
+    if (striker_turn_ <= meet) {
+      bodies_.advance(std::max(0.0, striker_turn_ - time));
+      time = striker_turn_;
       advance_striker(time);
       continue;
     }
-    time = next;
+    bodies_.advance(std::max(0.0, meet - time));
+    time = meet;
     if (rollout.impacts++ == limit) {
       rollout.status = Rollout::Status::kEventLimit;
       break;
     }
-    if (!resolve_impact(first, soonest_[first].partner, time, rollout)) {
+    if (!resolve_impact(first, next_[first].other, time, rollout)) {
       rollout.status = Rollout::Status::kLawFailed;
       break;
     }
   }
+  return rest(rollout, time);
+}
 
-  rollout.duration = time;
-  rest_.resize(discs_);
-  for (std::size_t i = 0; i < discs_; ++i) {
-    const bool stopped_early = rollout.status != Rollout::Status::kAtRest;
-    if (!stopped_early) rollout.duration = std::max(rollout.duration, bodies_[i].since + bodies_[i].motion.end);
-    rest_[i] = position(bodies_[i], stopped_early ? time : kNever);
+Rollout VirtualWorld::rest(Rollout rollout, double time) {
+  double longest = 0.0;
+  if (rollout.status == Rollout::Status::kAtRest) {
+    for (std::size_t i = 0; i < discs_; ++i) longest = std::max(longest, bodies_.left(i));
+    bodies_.advance(longest);
   }
+  rollout.duration = time + longest;
+  rest_.resize(discs_);
+  for (std::size_t i = 0; i < discs_; ++i) rest_[i] = bodies_.position(i);
   rollout.p_WD = rest_;
   rollout.smallest_gap = kNever;
   for (std::size_t i = 0; i < discs_; ++i) {
     for (std::size_t j = i + 1; j < discs_; ++j) {
-      rollout.smallest_gap = std::min(rollout.smallest_gap, (rest_[i] - rest_[j]).norm() - bodies_[i].radius - bodies_[j].radius);
+      const double reach = bodies_.radius(i) + bodies_.radius(j);
+      const double squared = (rest_[i] - rest_[j]).squaredNorm();
+      // Most pairs are further apart than the nearest: their distance, which takes a root, need not be known.
+      const double nearer = rollout.smallest_gap + reach;
+      if (squared < nearer * nearer) rollout.smallest_gap = std::sqrt(squared) - reach;
     }
   }
   return rollout;
@@ -84,151 +92,129 @@ Result<Rollout, WorldInputError> VirtualWorld::run(std::span<const Disc> discs, 
 
 void VirtualWorld::load(std::span<const Disc> discs, const StrikerRun* striker) {
   discs_ = discs.size();
-  bodies_.clear();
-  for (const Disc& disc : discs) {
-    bodies_.push_back({{}, 0.0, disc.radius, 1.0 / disc.mass});
-    set_velocity(bodies_.size() - 1, disc.p_WD, disc.v_WD_W, 0.0);
+  bodies_.resize(discs_ + (striker != nullptr ? 1 : 0));
+  for (std::size_t i = 0; i < discs_; ++i) {
+    bodies_.place(i, discs[i].p_WD, discs[i].radius, 1.0 / discs[i].mass);
+    if (!discs[i].v_WD_W.isZero(0.0)) bodies_.slide(i, discs[i].v_WD_W, settings_.friction * kGravity);
   }
-  striker_down_ = striker != nullptr;
+  striker_turn_ = kNever;
   striker_brakes_ = false;
   if (striker != nullptr) {
     striker_ = *striker;
-    Body body;
-    body.motion = {striker->p_WS, striker->speed * striker->direction, {0.0, 0.0}, striker->cruise / striker->speed, false};
-    body.radius = striker->radius;
-    body.inverse_mass = 1.0 / striker->mass;
-    bodies_.push_back(body);
+    bodies_.place(discs_, striker->p_WS, striker->radius, 1.0 / striker->mass);
+    striker_turn_ = striker->cruise / striker->speed;
+    bodies_.drive(discs_, striker->speed * striker->direction, Vector2::Zero(), striker_turn_);
   }
-  pair_time_.assign(bodies_.size() * bodies_.size(), kNever);
-  soonest_.assign(bodies_.size(), {});
+  next_.assign(bodies_.size(), {});
   group_index_.assign(bodies_.size(), -1);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    for (std::size_t j = i + 1; j < bodies_.size(); ++j) pair_time(i, j) = predict(i, j, 0.0);
-    find_soonest(i);
+  is_struck_.assign(bodies_.size(), 0);
+  for (std::size_t i = 0; i < bodies_.size(); ++i) predict(i, 0.0);
+}
+
+void VirtualWorld::predict(std::size_t body, double time) noexcept {
+  // Who meets a body at rest moves, and knows of it.
+  if (bodies_.left(body) == 0.0) {
+    next_[body] = {};
+    return;
   }
-}
-
-Vector2 VirtualWorld::position(const Body& body, double time) const noexcept {
-  const double s = std::clamp(time - body.since, 0.0, body.motion.end);
-  return body.motion.p + s * (body.motion.v + 0.5 * s * body.motion.a);
-}
-
-Motion VirtualWorld::motion_at(const Body& body, double time) const noexcept {
-  const double s = time - body.since;
-  Motion motion = body.motion;
-  motion.p = position(body, time);
-  if (s >= body.motion.end) {
-    motion.v = motion.a = Vector2::Zero();
-    motion.end = 0.0;
-  } else {
-    motion.v += s * motion.a;
-    motion.end -= s;
-  }
-  return motion;
-}
-
-void VirtualWorld::set_velocity(std::size_t body, const Vector2& p, const Vector2& v, double time) noexcept {
-  Motion& motion = bodies_[body].motion;
-  bodies_[body].since = time;
-  motion.p = p;
-  motion.v = v;
-  motion.rests_after = true;
-  const double speed = v.norm();
-  const double deceleration = settings_.friction * kGravity;
-  motion.end = speed / deceleration;
-  motion.a = speed > 0.0 ? Vector2{-(deceleration / speed) * v} : Vector2{0.0, 0.0};
-}
-
-double VirtualWorld::predict(std::size_t i, std::size_t j, double time) const noexcept {
-  if (j == discs_ && !striker_down_) return kNever;
-  const double in = next_collision(motion_at(bodies_[i], time), motion_at(bodies_[j], time), bodies_[i].radius + bodies_[j].radius);
-  return in == kNever ? kNever : time + in;
-}
-
-void VirtualWorld::predict_all_of(std::size_t body, double time) noexcept {
-  for (std::size_t other = 0; other < bodies_.size(); ++other) {
-    if (other == body) continue;
-    store_prediction(std::min(body, other), std::max(body, other), predict(std::min(body, other), std::max(body, other), time));
-  }
-}
-
-void VirtualWorld::store_prediction(std::size_t i, std::size_t j, double when) noexcept {
-  pair_time(i, j) = when;
-  if (when < soonest_[i].time) {
-    soonest_[i] = {when, j};
-  } else if (soonest_[i].partner == j && soonest_[i].time != when) {
-    find_soonest(i);
-  }
-}
-
-void VirtualWorld::find_soonest(std::size_t row) noexcept {
-  Soonest best;
-  for (std::size_t j = row + 1; j < bodies_.size(); ++j) {
-    if (pair_time(row, j) < best.time) best = {pair_time(row, j), j};
-  }
-  soonest_[row] = best;
+  const auto meeting = bodies_.next_meeting(body);
+  next_[body] = {time + meeting.in, meeting.other};
 }
 
 void VirtualWorld::advance_striker(double time) noexcept {
-  Body& striker = bodies_[discs_];
   if (striker_brakes_) {
-    striker_down_ = false;
+    bodies_.resize(discs_);
+    striker_turn_ = kNever;
   } else {
     striker_brakes_ = true;
-    const Vector2 p = position(striker, time);
-    striker.since = time;
-    striker.motion.p = p;
-    striker.motion.a = -striker_.braking * striker_.direction;
-    striker.motion.end = std::min(striker_.speed / striker_.braking, striker_.lift);
+    const double lasts = std::min(striker_.speed / striker_.braking, striker_.lift);
+    striker_turn_ = time + lasts;
+    bodies_.drive(discs_, striker_.speed * striker_.direction, striker_.braking * striker_.direction, lasts);
+    predict(discs_, time);
   }
-  predict_all_of(discs_, time);
-}
-
-void VirtualWorld::gather_contacts(std::size_t i, std::size_t j, double time) {
-  group_.assign({i, j});
-  group_index_[i] = 0;
-  group_index_[j] = 1;
-  contacts_.clear();
-  group_p_.assign({position(bodies_[i], time), position(bodies_[j], time)});
-  // The group grows while it is walked; each contact is noted when its second body is walked.
-  for (std::size_t k = 0; k < group_.size(); ++k) {
-    const std::size_t body = group_[k];
-    for (std::size_t other = 0; other < bodies_.size(); ++other) {
-      if (other == body || (other == discs_ && !striker_down_)) continue;
-      const int known = group_index_[other];
-      const Vector2 p_other = known >= 0 ? group_p_[static_cast<std::size_t>(known)] : position(bodies_[other], time);
-      const Vector2 p = p_other - group_p_[k];
-      const double reach = bodies_[body].radius + bodies_[other].radius;
-      const double near = reach + settings_.touch_gap;
-      const bool struck = (body == i && other == j) || (body == j && other == i);
-      if (!struck && p.squaredNorm() > near * near) continue;
-      if (known < 0) {
-        group_index_[other] = static_cast<int>(group_.size());
-        group_.push_back(other);
-        group_p_.push_back(p_other);
-      } else if (static_cast<std::size_t>(known) < k) {
-        const bool with_striker = body == discs_ || other == discs_;
-        contacts_.push_back(
-            {known, static_cast<int>(k), -p.normalized(), with_striker ? settings_.striker_restitution : settings_.restitution});
-      }
-    }
+  for (std::size_t i = 0; i < discs_; ++i) {
+    if (next_[i].other == discs_) predict(i, time);
   }
 }
 
 bool VirtualWorld::resolve_impact(std::size_t i, std::size_t j, double time, Rollout& rollout) {
-  gather_contacts(i, j, time);
+  struck_.clear();
+  const bool alone =
+      law_->bounces_pairs() && bodies_.neighbours(i, settings_.touch_gap) <= 1 && bodies_.neighbours(j, settings_.touch_gap) <= 1;
+  const bool parted = alone ? resolve_pair(i, j) : resolve_group(i, j, rollout);
+  for (const std::size_t body : struck_) predict(body, time);
+  // Whoever was to meet one of those struck has to look again.
+  for (std::size_t body = 0; body < bodies_.size(); ++body) {
+    const std::size_t other = next_[body].other;
+    if (other != SlidingBodies::kNobody && is_struck_[other] != 0 && is_struck_[body] == 0) predict(body, time);
+  }
+  for (const std::size_t body : struck_) is_struck_[body] = 0;
+  return parted;
+}
+
+double VirtualWorld::restitution_of(std::size_t i, std::size_t j) const noexcept {
+  return i == discs_ || j == discs_ ? settings_.striker_restitution : settings_.restitution;
+}
+
+void VirtualWorld::strike(std::size_t body, const Vector2& v) noexcept {
+  if (body == discs_) return;  // the drives carry the striker on along its run, whatever the impact did to it
+  bodies_.slide(body, v, settings_.friction * kGravity);
+  struck_.push_back(body);
+  is_struck_[body] = 1;
+}
+
+bool VirtualWorld::resolve_pair(std::size_t i, std::size_t j) noexcept {
+  const Vector2 n = (bodies_.position(j) - bodies_.position(i)).normalized();
+  const Vector2 v_i = bodies_.velocity(i), v_j = bodies_.velocity(j);
+  const double approach = (v_i - v_j).dot(n);
+  const double P = (1.0 + restitution_of(i, j)) * approach / (bodies_.inverse_mass(i) + bodies_.inverse_mass(j));
+  strike(i, v_i - P * bodies_.inverse_mass(i) * n);
+  strike(j, v_j + P * bodies_.inverse_mass(j) * n);
+  return approach > 0.0;
+}
+
+void VirtualWorld::gather_contacts(std::size_t i, std::size_t j) {
+  group_.assign({i, j});
+  group_index_[i] = 0;
+  group_index_[j] = 1;
+  contacts_.clear();
+  // The group grows while it is walked; each contact is noted when its second body is walked.
+  for (std::size_t k = 0; k < group_.size(); ++k) {
+    const std::size_t body = group_[k];
+    const auto add = [&](std::size_t other) {
+      const int known = group_index_[other];
+      if (known < 0) {
+        group_index_[other] = static_cast<int>(group_.size());
+        group_.push_back(other);
+      } else if (static_cast<std::size_t>(known) < k) {
+        const Vector2 n = (bodies_.position(body) - bodies_.position(other)).normalized();
+        contacts_.push_back({known, static_cast<int>(k), n, restitution_of(body, other)});
+      }
+    };
+    // The two that met are in contact, whatever rounding says.
+    const std::size_t met = body == i ? j : body == j ? i : SlidingBodies::kNobody;
+    if (met != SlidingBodies::kNobody) add(met);
+    std::size_t other = bodies_.next_neighbour(body, settings_.touch_gap, 0);
+    for (; other != SlidingBodies::kNobody; other = bodies_.next_neighbour(body, settings_.touch_gap, other + 1)) {
+      if (other != met) add(other);
+    }
+  }
+  for (const std::size_t body : group_) group_index_[body] = -1;
+}
+
+bool VirtualWorld::resolve_group(std::size_t i, std::size_t j, Rollout& rollout) {
+  gather_contacts(i, j);
   group_v_.clear();
   group_inverse_mass_.clear();
   bool with_striker = false;
   for (const std::size_t body : group_) {
-    group_v_.push_back(motion_at(bodies_[body], time).v);
-    group_inverse_mass_.push_back(bodies_[body].inverse_mass);
+    group_v_.push_back(bodies_.velocity(body));
+    group_inverse_mass_.push_back(bodies_.inverse_mass(body));
     with_striker = with_striker || body == discs_;
-    group_index_[body] = -1;
   }
   group_v_before_ = group_v_;
 
-  const Vector2 n = (group_p_[1] - group_p_[0]).normalized();
+  const Vector2 n = (bodies_.position(j) - bodies_.position(i)).normalized();
   const double approach_before = (group_v_[0] - group_v_[1]).dot(n);
   law_->resolve({contacts_, group_inverse_mass_, group_v_}, scratch_);
 
@@ -238,13 +224,7 @@ bool VirtualWorld::resolve_impact(std::size_t i, std::size_t j, double time, Rol
     rollout.energy_gain = std::max(rollout.energy_gain, after / before - 1.0);
   }
   for (std::size_t k = 0; k < group_.size(); ++k) {
-    const std::size_t body = group_[k];
-    // The drives carry the striker on along its run, whatever the impact did to it.
-    if (body == discs_ || group_v_[k] == group_v_before_[k]) continue;
-    set_velocity(body, group_p_[k], group_v_[k], time);
-  }
-  for (std::size_t k = 0; k < group_.size(); ++k) {
-    if (group_[k] != discs_ && group_v_[k] != group_v_before_[k]) predict_all_of(group_[k], time);
+    if (group_v_[k] != group_v_before_[k]) strike(group_[k], group_v_[k]);
   }
   // A law that did nothing for the pair that met would see it again at the same instant, without end.
   return (group_v_[0] - group_v_[1]).dot(n) < 0.999 * approach_before;

@@ -27,6 +27,7 @@ class PaperPropagation : public ImpactLaw {
 class PaperAsPrinted final : public PaperPropagation {
  public:
   std::string_view name() const noexcept override { return "paper_as_printed"; }
+  bool bounces_pairs() const noexcept override { return false; }
 
  protected:
   bool as_printed() const noexcept override { return true; }

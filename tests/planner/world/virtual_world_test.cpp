@@ -1,6 +1,7 @@
 #include "planner/world/virtual_world.hpp"
 
 #include "planner/world/formation.hpp"
+#include "tests/controller/loop/call_counter.hpp"
 #include "tests/planner/clusters.hpp"
 
 #include <gtest/gtest.h>
@@ -158,6 +159,43 @@ TEST_P(EveryBoundedLaw, RandomBreaksEndWithoutEnergyOrOverlapMade) {
     EXPECT_LE(rollout->energy_gain, 1e-9) << "case " << i;
     EXPECT_GT(rollout->impacts, 0);
     EXPECT_GT(rollout->smallest_gap, -5e-4) << "case " << i << " e " << settings.restitution;
+  }
+}
+
+TEST_P(EveryBoundedLaw, BreaksOf200DiscsEndWhetherTheyTouchOrOverlapByNoise) {
+  std::mt19937_64 random{6};
+  std::normal_distribution noise{0.0, 1e-4};
+  auto world = world_of(GetParam());
+  for (const bool overlapping : {false, true}) {
+    auto discs = test::random_cluster(random, 200);
+    if (overlapping) {
+      for (auto& disc : discs) disc.p_WD += Vector2{noise(random), noise(random)};
+      part_overlaps(discs);
+    }
+    discs[17].v_WD_W = {1.5, 0.3};
+    const auto rollout = world.run(discs);
+    ASSERT_TRUE(rollout) << rollout.error().text;
+    EXPECT_EQ(rollout->status, Rollout::Status::kAtRest) << rollout->impacts << " impacts";
+    EXPECT_LE(rollout->energy_gain, 1e-9);
+    EXPECT_GT(rollout->smallest_gap, -5e-4);
+  }
+}
+
+TEST_P(EveryBoundedLaw, ARolloutAllocatesNothing) {
+  if (!control::test::counting_works()) GTEST_SKIP() << "a sanitizer counts allocations itself";
+  std::mt19937_64 random{7};
+  auto world = world_of(GetParam());
+  for (int i = 0; i < 50; ++i) {
+    const auto discs = test::random_cluster(random, 10, i % 2 == 0 ? 0.0 : 2e-4);
+    const StrikerRun run =
+        strike(*std::min_element(discs.begin(), discs.end(), [](const auto& a, const auto& b) { return a.p_WD.x() < b.p_WD.x(); }),
+               {1.0, 0.0}, 1.0);
+    ASSERT_TRUE(world.run(discs, &run));  // buffers grow to this cluster's needs
+    control::test::start_counting();
+    const auto rollout = world.run(discs, &run);
+    const auto counts = control::test::stop_counting();
+    EXPECT_TRUE(rollout);
+    EXPECT_EQ(counts.heap, 0U) << "case " << i;
   }
 }
 

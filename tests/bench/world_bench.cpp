@@ -1,0 +1,176 @@
+// `./breakshot bench world`: how fast and how right the virtual world is, beside ODE and Box2D in the same process.
+//
+// Every scenario is a random compact cluster with gaps up to 0.2 mm, in which the outermost disc on one side starts towards the others. All
+// scenarios are distinct: repeating a few flatters an event-driven engine twofold (physics.md 0).
+
+#include "common/random.hpp"
+#include "planner/world/virtual_world.hpp"
+#include "tests/bench/report.hpp"
+#include "tests/bench/statistics.hpp"
+#include "tests/bench/stepped_tables.hpp"
+#include "tests/planner/clusters.hpp"
+
+#include <fmt/core.h>
+#include <CLI/CLI.hpp>
+
+#include <ctime>
+#include <iostream>
+
+namespace breakshot::bench {
+
+namespace {
+
+struct Arguments {
+  std::vector<int> n{6, 10, 20, 50, 200};
+  std::uint64_t seed = 1;
+  int repeats = 7;
+  int accuracy = 40;
+  std::string json_file;
+};
+
+using Discs = std::vector<world::Disc>;
+
+/// CPU time of this process, s: what others do on the machine counts less than with wall time.
+double cpu_time() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+std::vector<Discs> scenarios(int discs, int count, std::uint64_t seed) {
+  std::mt19937_64 random{seed * 1'000'003U + static_cast<std::uint64_t>(discs)};
+  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution{low, high}(random); };
+  std::vector<Discs> all;
+  for (int i = 0; i < count; ++i) {
+    Discs one = test::random_cluster(random, discs, 2e-4);
+    const double bearing = uniform(-std::numbers::pi, std::numbers::pi);
+    const Vector2 direction{std::cos(bearing), std::sin(bearing)};
+    auto first = std::min_element(one.begin(), one.end(),
+                                  [&](const auto& a, const auto& b) { return a.p_WD.dot(direction) < b.p_WD.dot(direction); });
+    first->v_WD_W = uniform(0.5, 1.5) * direction;
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+template <typename F>
+double seconds_per_rollout(const std::vector<Discs>& all, F&& run) {
+  const double began = cpu_time();
+  for (const Discs& discs : all) run(discs);
+  return (cpu_time() - began) / static_cast<double>(all.size());
+}
+
+/// Mean over the discs of how far they rest from where they should, um.
+double error_um(std::span<const Vector2> p, std::span<const Vector2> reference) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < p.size(); ++i) sum += (p[i] - reference[i]).norm();
+  return 1e6 * sum / static_cast<double>(p.size());
+}
+
+int run(const Arguments& arguments) {
+  const world::WorldSettings settings;
+  world::VirtualWorld ours{settings, world::make_impact_law("sequential")};
+  OdeTable ode{settings.friction, settings.restitution};
+  const Box2dTable box2d{settings.friction, settings.restitution};
+  nlohmann::json metrics;
+  double energy_gain = 0.0;
+  std::vector<double> log_n, log_time;
+
+  fmt::print("{:>5}{:>14}{:>12}{:>10}{:>14}{:>12}{:>12}\n", "discs", "rollouts/s", "us each", "impacts", "us/impact", "ODE 1 ms",
+             "Box2D 1/240");
+  for (const int n : arguments.n) {
+    const auto all = scenarios(n, std::max(60, 24'000 / n), arguments.seed);
+    // The engines are so much slower that a part of the scenarios says enough.
+    const std::vector<Discs> few{all.begin(), all.begin() + std::max(10, 600 / n)};
+    std::vector<double> times, ode_ratios, box2d_ratios;
+    long impacts = 0;
+    for (int repeat = 0; repeat < arguments.repeats; ++repeat) {
+      impacts = 0;
+      times.push_back(seconds_per_rollout(all, [&](const Discs& discs) {
+        const auto rollout = ours.run(discs);
+        impacts += rollout->impacts;
+        energy_gain = std::max(energy_gain, rollout->energy_gain);
+      }));
+      ode_ratios.push_back(seconds_per_rollout(few, [&](const Discs& discs) { ode.run(discs, 1e-3); }) / times.back());
+      box2d_ratios.push_back(seconds_per_rollout(few, [&](const Discs& discs) { box2d.run(discs, 1.0 / 240.0); }) / times.back());
+    }
+    const double time = quantile(times, 0.5);
+    const double per_impact = time * static_cast<double>(all.size()) / static_cast<double>(impacts);
+    fmt::print("{:>5}{:>14.0f}{:>12.2f}{:>10.1f}{:>14.3f}{:>11.0f}x{:>11.0f}x\n", n, 1.0 / time, 1e6 * time,
+               static_cast<double>(impacts) / static_cast<double>(all.size()), 1e6 * per_impact, quantile(ode_ratios, 0.5),
+               quantile(box2d_ratios, 0.5));
+    const std::string suffix = "_" + std::to_string(n);
+    metrics["rollouts_per_s" + suffix] = 1.0 / time;
+    metrics["us_per_collision" + suffix] = 1e6 * per_impact;
+    metrics["ode_ratio" + suffix] = quantile(ode_ratios, 0.5);
+    metrics["box2d_ratio" + suffix] = quantile(box2d_ratios, 0.5);
+    if (n <= 50) {
+      log_n.push_back(std::log(n));
+      log_time.push_back(std::log(time));
+    }
+  }
+  if (log_n.size() > 1) {
+    metrics["growth_exponent"] = (log_time.back() - log_time.front()) / (log_n.back() - log_n.front());
+    fmt::print("time of a rollout grows with N^{:.2f} up to 50 discs\n", metrics["growth_exponent"].get<double>());
+  }
+
+  std::vector<double> errors;
+  for (const Discs& discs : scenarios(6, arguments.accuracy, arguments.seed + 1)) {
+    const auto reference = ode.run(discs, 1e-5);
+    errors.push_back(error_um(ours.run(discs)->p_WD, reference));
+  }
+  metrics["error_um_p50"] = quantile(errors, 0.5);
+  metrics["error_um_p90"] = quantile(errors, 0.9);
+  metrics["energy_gain_max"] = energy_gain;
+  fmt::print("rest positions against ODE at 10 us, {} clusters of 6: median {:.1f} um, p90 {:.1f} um; largest gain of energy {:.1e}\n",
+             errors.size(), quantile(errors, 0.5), quantile(errors, 0.9), energy_gain);
+
+  nlohmann::json goals;
+  const auto goal = [&](const char* name, double value, bool at_least) {
+    if (!metrics.contains(name)) return;
+    const double found = metrics[name].get<double>();
+    goals[name] = {{"value", found}, {"goal", value}, {"met", at_least ? found >= value : found <= value}};
+  };
+  goal("rollouts_per_s_6", 1e6, true);
+  goal("growth_exponent", 1.2, false);
+  goal("us_per_collision_200", 3.0, false);
+  goal("error_um_p50", 5.0, false);
+  goal("error_um_p90", 20.0, false);
+  goal("energy_gain_max", 1e-9, false);
+  for (const auto& [name, one] : goals.items()) {
+    fmt::print("goal {:<22} {:>12.4g} {:>12.4g}  {}\n", name, one["goal"].get<double>(), one["value"].get<double>(),
+               one["met"].get<bool>() ? "met" : "missed");
+  }
+  const nlohmann::json args{{"n", arguments.n}, {"seed", arguments.seed}, {"repeats", arguments.repeats}, {"accuracy", arguments.accuracy}};
+  if (!arguments.json_file.empty()) write_file(arguments.json_file, report("world", args, metrics, goals).dump(2) + "\n");
+  return 0;
+}
+
+}  // namespace
+
+}  // namespace breakshot::bench
+
+int main(int argc, char** argv) {
+  breakshot::bench::Arguments arguments;
+  CLI::App app{"Measures the virtual world on one core, beside ODE (QuickStep, 1 ms) and Box2D (1/240 s), and its accuracy.",
+               "bench world"};
+  app.add_option("--n", arguments.n, "Numbers of discs, separated by commas")
+      ->delimiter(',')
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
+  app.add_option("--seed", arguments.seed, "The same seed gives the same scenarios")->capture_default_str();
+  app.add_option("--repeats", arguments.repeats, "Passes over all scenarios; the median counts")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  app.add_option("--accuracy", arguments.accuracy, "Clusters that ODE runs at 10 us, a second each")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  app.add_option("--json", arguments.json_file, "Write the metrics to this file");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return breakshot::bench::run(arguments);
+  } catch (const std::exception& error) {
+    std::cerr << "bench world: " << error.what() << '\n';
+    return 1;
+  }
+}
