@@ -2,12 +2,12 @@
 
 namespace breakshot::planner {
 
-std::optional<strategy::StrokeRefusal> ArmFilter::refusal(const StrokeRequest& stroke) {
+Result<strategy::StrokeForecast, strategy::StrokeRefusal> ArmFilter::forecast(const StrokeRequest& stroke) {
   StrokeRequest numbered = stroke;
   if (numbered.id == 0) numbered.id = 1;  // strategies leave it to the task; the planner of strokes insists on one
   const auto times = planner_->estimate(numbered, planner_->settings().park);
-  if (times) return std::nullopt;
-  return strategy::StrokeRefusal{times.error().reason, times.error().text};
+  if (!times) return strategy::StrokeRefusal{times.error().reason, times.error().text};
+  return strategy::StrokeForecast{to_seconds(times->total), times->low_after, to_seconds(times->low_time)};
 }
 
 }  // namespace breakshot::planner

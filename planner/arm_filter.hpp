@@ -12,7 +12,7 @@ class ArmFilter final : public strategy::StrokeFilter {
   /// Keeps the planner, which serves one thread at a time.
   explicit ArmFilter(motion::StrokePlanner& planner) : planner_{&planner} {}
 
-  std::optional<strategy::StrokeRefusal> refusal(const StrokeRequest& stroke) override;
+  Result<strategy::StrokeForecast, strategy::StrokeRefusal> forecast(const StrokeRequest& stroke) override;
 
  private:
   motion::StrokePlanner* planner_;

@@ -4,6 +4,7 @@
 #include "planner/world/impact_law.hpp"
 
 #include <algorithm>
+#include <numbers>
 
 namespace breakshot::planner {
 
@@ -58,6 +59,27 @@ strategy::StrokeRules load_rules(const ConfigNode& node) {
   return rules;
 }
 
+strategy::RobustRules load_robust(const ConfigNode& node) {
+  constexpr double kRadianPerDegree = std::numbers::pi / 180.0;
+  strategy::RobustRules robust;
+  robust.friction_spread = node.number("friction_spread", {0.0, 0.9}, "");
+  robust.restitution_spread = node.number("restitution_spread", {0.0, 0.5}, "");
+  robust.speed_spread = node.number("speed_spread", {0.0, 0.5}, "");
+  robust.aim_spread = kRadianPerDegree * node.number("aim_spread_deg", {0.0, 20.0}, "deg");
+  robust.position_sigma = millimetres(node, "position_sigma_mm", {0.0, 5.0});
+  robust.gap_margin = millimetres(node, "gap_margin_mm", {0.0, 10.0});
+  robust.worlds = static_cast<int>(node.integer("worlds", 1, 10'000));
+  robust.rollouts = static_cast<int>(node.integer("rollouts", 100, 10'000'000));
+  robust.hit_time = node.number("hit_time_s", {0.1, 60.0}, "s");
+  robust.push_time = node.number("push_time_s", {0.1, 60.0}, "s");
+  robust.settle_time = node.number("settle_time_s", {0.0, 60.0}, "s");
+  robust.pair_time = node.number("pair_time_s", {0.0, 60.0}, "s");
+  robust.lost_price = node.number("lost_price_s", {0.0, 1e6}, "s");
+  robust.edge_price = node.number("edge_price_s", {0.0, 1e3}, "s");
+  robust.edge_width = millimetres(node, "edge_width_mm", {1.0, 500.0});
+  return robust;
+}
+
 task::TaskSettings load_task(const ConfigNode& node) {
   task::TaskSettings task;
   task.resend = milliseconds(node, "resend_ms", {20.0, 5000.0});
@@ -83,6 +105,7 @@ PlannerConfig load_planner_config(const ConfigDocument& document, const CellConf
   config.clock_silence = seconds(node, "clock_silence_s", {1.0, 600.0});
   config.settings.cell = load_knowledge(node.child("knowledge"), cell);
   config.settings.rules = load_rules(node.child("rules"));
+  config.settings.robust = load_robust(node.child("robust"));
   config.task = load_task(node.child("task"));
   node.finish();
   return config;

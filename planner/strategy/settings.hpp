@@ -46,9 +46,31 @@ struct StrokeRules {
   int alternatives = 6;      ///< strokes offered per decision, best first
 };
 
+/// How `robust` weighs strokes: what it does not know, how long it thinks, what a failure is worth.
+struct RobustRules {
+  // Half widths of what is drawn evenly about the planner's knowledge; about what the protocol of singulation.md 5 asks for.
+  double friction_spread = 0.15;     ///< relative
+  double restitution_spread = 0.05;  ///< absolute; between discs and at the striker alike
+  double speed_spread = 0.03;        ///< of a hit, relative
+  double aim_spread = 0.0087;        ///< of a direction, rad: 0.5 degrees
+  /// Least standard deviation of a disc's position along each axis, m: what perception's covariance does not tell.
+  double position_sigma = 2e-4;
+  double gap_margin = 5e-4;  ///< a gap has to be so much above G, m: perception will measure it with an error
+  int worlds = 96;           ///< in which the strokes of the last round are tried
+  int rollouts = 12'000;     ///< of a decision about six discs, all told; bounds its time, and unlike a clock gives the same answer again
+  double hit_time = 1.7;     ///< from decision to decision, of a hit, s; the arm's own forecast replaces the arm's part where there is one
+  double push_time = 1.6;    ///< the same of a push, without the time on its line
+  double settle_time = 0.7;  ///< look, think and settle, the part that the arm's forecast does not hold, s
+  double pair_time = 1.1;    ///< expected for each further pair that is left below G, s: a stroke often parts several
+  double lost_price = 60.0;  ///< a disc outside the region, s
+  double edge_price = 0.5;   ///< a disc at the border, s; falls to nothing at edge_width from it
+  double edge_width = 0.04;  ///< m
+};
+
 struct StrategySettings {
   CellKnowledge cell;
   StrokeRules rules;
+  RobustRules robust;
 };
 
 }  // namespace breakshot::strategy

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/result.hpp"
 #include "common/scene.hpp"
 #include "common/stroke.hpp"
 #include "common/task.hpp"
@@ -20,12 +21,25 @@ struct StrokeRefusal {
   std::string text;  ///< for people
 };
 
+/// What the arm says of a stroke that it can run. Zeros: not known.
+struct StrokeForecast {
+  double total = 0.0;      ///< from the first motion to rest, s
+  double low_after = 0.0;  ///< how far the striker goes on after the contact of a hit until it is above the discs, m
+  double low_time = 0.0;   ///< and how long that takes, s
+};
+
 /// Says whether the arm could run a stroke, before it is asked. Injected, so that strategies and their tests need no arm.
 class StrokeFilter {
  public:
   virtual ~StrokeFilter() = default;
-  /// Nothing when the arm can run it. Some 30 ms for a real arm, so strategies ask about the stroke that they put first and no other.
-  virtual std::optional<StrokeRefusal> refusal(const StrokeRequest& stroke) = 0;
+  /// Some milliseconds for a real arm, so strategies ask about the few strokes that they put first and no other.
+  virtual Result<StrokeForecast, StrokeRefusal> forecast(const StrokeRequest& stroke) = 0;
+
+  /// Nothing when the arm can run it.
+  std::optional<StrokeRefusal> refusal(const StrokeRequest& stroke) {
+    auto answer = forecast(stroke);
+    return answer ? std::nullopt : std::optional{answer.error()};
+  }
 };
 
 /// What a decision depends on besides the scene.
@@ -72,7 +86,7 @@ class Strategy {
   virtual Decision decide(const Scene& scene, const DecisionContext& context) = 0;
 };
 
-/// "paper", "random_hybrid", "random_push".
+/// "paper", "random_hybrid", "random_push", "robust".
 std::vector<std::string> strategy_names();
 
 /// @throws std::invalid_argument for an unknown name, or settings that are out of their range

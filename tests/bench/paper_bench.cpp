@@ -134,14 +134,14 @@ int run(const Arguments& arguments) {
     const nlohmann::json of_strategy = metrics_of(all[strategy]);
     for (const auto& [name, value] : of_strategy.items()) metrics[strategy + "." + name] = value;
   }
-  for (const auto& other : {"random_hybrid", "random_push"}) {
+  for (const auto& other : {"random_hybrid", "random_push", "robust"}) {
     if (all.count("paper") == 0 || all.count(other) == 0) continue;
     const double ratio = metrics[std::string{other} + ".mean_time_s"].get<double>() / metrics["paper.mean_time_s"].get<double>();
     metrics[std::string{"ratio_"} + other + "_to_paper"] = ratio;
     fmt::print("mean time of {} over paper: {:.2f}\n", other, ratio);
   }
-  fmt::print("(a failure counts as {:.0f} s; time of the cell clock, {:.0f} ms charged for each decision)\n", kFailureTime,
-             1e3 * to_seconds(settings.think_charge));
+  fmt::print("(a failure counts as {:.0f} s; time of the cell clock, {:.0f} ms charged for each decision, {:.0f} ms for one of `robust`)\n",
+             kFailureTime, 1e3 * to_seconds(settings.think_charge), 1e3 * to_seconds(settings.robust_think_charge));
 
   const nlohmann::json args{{"n", arguments.n},
                             {"seed", arguments.seed},

@@ -111,7 +111,8 @@ int run(const Arguments& arguments) {
   }
   if (log_n.size() > 1) {
     metrics["growth_exponent"] = (log_time.back() - log_time.front()) / (log_n.back() - log_n.front());
-    fmt::print("time of a rollout grows with N^{:.2f} up to 50 discs\n", metrics["growth_exponent"].get<double>());
+    fmt::print("time of a rollout grows with N^{:.2f} up to {:.0f} discs\n", metrics["growth_exponent"].get<double>(),
+               std::exp(log_n.back()));
   }
 
   std::vector<double> errors;

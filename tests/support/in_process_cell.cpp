@@ -194,7 +194,8 @@ void InProcessCell::carry_out(Episode& episode) {
       if (settings_.ask_arm) context.filter = &arm_filter_;
       auto decision = episode.strategy->decide(run->scene, context);
       episode.result.decision_s.push_back(to_seconds(std::chrono::steady_clock::now() - began));
-      episode.thought = Episode::Thought{run->ticket, std::move(decision), settings_.think_charge, now + settings_.think_charge};
+      const Duration charge = episode.strategy->name() == "robust" ? settings_.robust_think_charge : settings_.think_charge;
+      episode.thought = Episode::Thought{run->ticket, std::move(decision), charge, now + charge};
     } else if (auto* outcome = std::get_if<Outcome>(&action)) {
       episode.result.outcomes.push_back(*outcome);
     }

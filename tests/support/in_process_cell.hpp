@@ -41,6 +41,8 @@ struct InProcessSettings {
   /// What the cell clock is charged for a decision and for planning a stroke. Fixed, because measured times would make runs differ; the
   /// measured ones are reported beside it.
   Duration think_charge = std::chrono::milliseconds{20};
+  /// The same for `robust`, which thinks longer: about its slowest decisions about six discs.
+  Duration robust_think_charge = std::chrono::milliseconds{200};
 };
 
 /// Reads a cell configuration as the processes do. @throws ConfigError, ArmDescriptionError

@@ -30,17 +30,20 @@ DecisionContext context() {
 
 TEST(Strategy, IsFoundByNameOrRefused) {
   for (const auto& name : strategy_names()) EXPECT_EQ(make_strategy(name, {})->name(), name);
-  EXPECT_THROW(make_strategy("robust", {}), std::invalid_argument);
+  EXPECT_THROW(make_strategy("clairvoyant", {}), std::invalid_argument);
 }
 
 /// Properties that every offered stroke has, whatever the strategy and the table.
 class EveryStrategy : public testing::TestWithParam<const char*> {};
 
 TEST_P(EveryStrategy, OffersOnlyStrokesThatHaveRoom) {
-  const StrategySettings settings;
+  StrategySettings settings;
+  settings.robust.rollouts = 1000;
+  settings.robust.worlds = 8;
   const auto strategy = make_strategy(GetParam(), settings);
   std::mt19937_64 random{3};
-  for (int i = 0; i < 200; ++i) {
+  const int cases = GetParam() == std::string{"robust"} ? 50 : 200;  // it takes some ten milliseconds for each
+  for (int i = 0; i < cases; ++i) {
     auto discs = test::random_cluster(random, 2 + i % 9, i % 2 == 0 ? 5e-4 : 1e-2, 0.025, 0.035);
     const Vector2 shift{std::uniform_real_distribution{-0.12, 0.12}(random), std::uniform_real_distribution{-0.12, 0.12}(random)};
     for (auto& disc : discs) disc.p_WD += shift;
@@ -117,10 +120,10 @@ TEST_P(EveryStrategy, SaysThatAnOverlapCannotBe) {
 class Refusing final : public StrokeFilter {
  public:
   explicit Refusing(int refusals) : left_{refusals} {}
-  std::optional<StrokeRefusal> refusal(const StrokeRequest&) override {
+  Result<StrokeForecast, StrokeRefusal> forecast(const StrokeRequest&) override {
     ++asked;
     if (left_-- > 0) return StrokeRefusal{RefusalReason::kUnreachable, "out of reach"};
-    return std::nullopt;
+    return StrokeForecast{};
   }
   int asked = 0;
 
@@ -138,14 +141,14 @@ TEST_P(EveryStrategy, TakesTheNextBestWhenTheArmCannotAndSaysWhy) {
   const Decision second = strategy->decide(scene, ctx);
   ASSERT_FALSE(second.options.empty());
   EXPECT_EQ(second.options[0].stroke.p_WS, free.options[1].stroke.p_WS);
-  EXPECT_EQ(one.asked, 2) << "asking takes the arm's planner a while";
+  EXPECT_LE(one.asked, 5) << "asking takes the arm's planner a while";
   EXPECT_NE(second.options[0].why.find("out of reach"), std::string::npos) << second.options[0].why;
   Refusing all{1000};
   ctx.filter = &all;
   EXPECT_EQ(strategy->decide(scene, ctx).kind, Decision::Kind::kNoStroke);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, EveryStrategy, testing::Values("paper", "random_hybrid", "random_push"),
+INSTANTIATE_TEST_SUITE_P(All, EveryStrategy, testing::Values("paper", "random_hybrid", "random_push", "robust"),
                          [](const auto& test) { return std::string{test.param}; });
 
 TEST(Paper, PushesAlongTheTangentFromTheArmsSide) {
@@ -188,10 +191,10 @@ TEST(Paper, RaisesTheSpeedOnlyAsFarAsTheArmAttains) {
 /// An arm that attains only so much.
 class Slow final : public StrokeFilter {
  public:
-  std::optional<StrokeRefusal> refusal(const StrokeRequest& stroke) override {
+  Result<StrokeForecast, StrokeRefusal> forecast(const StrokeRequest& stroke) override {
     ++asked;
     if (stroke.speed > 0.37) return StrokeRefusal{RefusalReason::kTooFast, "too fast"};
-    return std::nullopt;
+    return StrokeForecast{};
   }
   int asked = 0;
 };
@@ -235,6 +238,37 @@ TEST(Paper, FollowsPerceptionsPushLineButNotAFalseOne) {
   EXPECT_NEAR(followed.length, (Vector2{0.0, 0.0} - followed.p_WS).norm() + 0.020 + 0.020, 1e-6);
   scene.contacts[0].push_direction_W = {std::cos(1.0), std::sin(1.0)};
   EXPECT_NEAR(paper->decide(scene, context()).options[0].stroke.direction_W.x(), 1.0, 1e-6);
+}
+
+TEST(Robust, SaysHowLikelyItIsToFinishAndToLoseADisc) {
+  const Decision decision = make_strategy("robust", {})->decide(scene_of(test::formation("fig11")), context());
+  ASSERT_EQ(decision.kind, Decision::Kind::kStroke);
+  double best = 0.0;
+  for (const auto& option : decision.options) {
+    EXPECT_GE(option.cost_s, best) << "the one that is expected to finish soonest comes first";
+    best = option.cost_s;
+    EXPECT_TRUE(option.p_singulated >= 0.0 && option.p_singulated <= 1.0);
+    EXPECT_LE(option.p_lost, 0.05);
+  }
+  EXPECT_NE(decision.options[0].why.find("P(singulated)"), std::string::npos) << decision.options[0].why;
+}
+
+TEST(Robust, IsLessSureTheLessItSees) {
+  Scene scene = scene_of(test::formation("E"));
+  const auto robust = make_strategy("robust", {});
+  const double sharp = robust->decide(scene, context()).options.at(0).p_singulated;
+  for (auto& disc : scene.discs) disc.covariance = 4e-6 * Matrix2::Identity();  // 2 mm
+  const double blurred = robust->decide(scene, context()).options.at(0).p_singulated;
+  EXPECT_LT(blurred, sharp);
+}
+
+TEST(Robust, KeepsDiscsAwayFromABorderThatIsNear) {
+  auto ctx = context();
+  auto discs = test::formation("E");
+  for (auto& disc : discs) disc.p_WD.y() += 0.20;  // 40 mm from the border for the outermost
+  const Decision decision = make_strategy("robust", {})->decide(scene_of(discs), ctx);
+  ASSERT_FALSE(decision.options.empty());
+  EXPECT_LE(decision.options[0].p_lost, 0.02);
 }
 
 TEST(TableModel, JoinsContactsToClustersAndListsEveryPairBelowG) {

@@ -1,0 +1,141 @@
+#include "planner/strategy/robust_strategy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace breakshot::strategy {
+
+namespace {
+
+/// Each round keeps one in kKeep and tries it in kKeep times as many worlds.
+constexpr std::size_t kKeep = 4;
+/// At least so many strokes are tried in all worlds.
+constexpr std::size_t kFinalists = 16;
+/// The arm is asked about the best of them until it has accepted so many.
+constexpr std::size_t kAccepted = 4;
+
+std::string text_of(const char* format, double a, double b = 0.0, double c = 0.0) {
+  char text[160];
+  // The formats are this file's own.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wformat-nonliteral"
+  std::snprintf(text, sizeof text, format, a, b, c);
+#pragma GCC diagnostic pop
+  return text;
+}
+
+}  // namespace
+
+Decision RobustStrategy::decide(const Scene& scene, const DecisionContext& context) {
+  Decision decision;
+  const auto model = model_of(scene, context.min_gap, settings_, decision.why);
+  if (!model) return decision;
+  if (model->pairs.empty()) {
+    decision.kind = Decision::Kind::kSingulated;
+    decision.why = model->discs.size() < 2 ? "no two discs to part" : text_of("smallest gap %.1f mm", 1e3 * model->smallest_gap());
+    return decision;
+  }
+
+  SampledWorlds worlds{*model, scene, context, settings_};
+  std::vector<Scored> all;
+  for (Candidate& candidate : stroke_candidates(*model, context, settings_)) all.push_back({std::move(candidate), {}});
+  const std::size_t tried = all.size();
+  // The world that is believed most: what fails there need not be looked at further.
+  for (Scored& one : all) try_in_worlds(one, worlds, 1);
+  const double now = settings_.robust.pair_time * static_cast<double>(model->pairs.size());
+  std::erase_if(all, [&](const Scored& one) { return one.worlds == 0 || one.lost > 0 || one.mean() - stroke_time(one) >= now; });
+  reject_successively(all, worlds);
+  std::string refusal;
+  if (context.filter != nullptr) ask_arm(all, worlds, *context.filter, refusal);
+
+  for (const Scored& one : all) {
+    if (decision.options.size() == static_cast<std::size_t>(settings_.rules.alternatives)) break;
+    decision.options.push_back(option_of(one, worlds));
+  }
+  if (decision.options.empty()) {
+    decision.why = tried == 0 ? "no stroke has room" : "none of " + std::to_string(tried) + " strokes improves matters";
+    if (!refusal.empty()) decision.why += "; " + refusal;
+    return decision;
+  }
+  decision.kind = Decision::Kind::kStroke;
+  if (!refusal.empty()) decision.options.front().why += "; preferred " + refusal;
+  return decision;
+}
+
+double RobustStrategy::stroke_time(const Scored& one) const noexcept {
+  const auto& rules = settings_.robust;
+  const StrokeRequest& stroke = one.candidate.stroke;
+  if (one.forecast.total > 0.0) return one.forecast.total + rules.settle_time;
+  return stroke.kind == StrokeKind::kHit ? rules.hit_time : rules.push_time + stroke.length / stroke.speed;
+}
+
+double RobustStrategy::cost_of(const Scored& one, const Aftermath& aftermath) const noexcept {
+  const auto& rules = settings_.robust;
+  return stroke_time(one) + rules.pair_time * aftermath.pairs_below + (aftermath.pairs_below > 0 ? rules.settle_time : 0.0) +
+         rules.lost_price * aftermath.outside + rules.edge_price * aftermath.edge;
+}
+
+void RobustStrategy::try_in_worlds(Scored& one, SampledWorlds& worlds, std::size_t up_to) const {
+  for (std::size_t world = one.worlds; world < up_to; ++world) {
+    const Aftermath aftermath = worlds.run(one.candidate.stroke, one.forecast, world);
+    if (!aftermath.valid) return;
+    one.cost += cost_of(one, aftermath);
+    one.singulated += aftermath.pairs_below == 0 && aftermath.outside == 0 ? 1 : 0;
+    one.lost += aftermath.outside > 0 ? 1 : 0;
+    ++one.worlds;
+  }
+}
+
+void RobustStrategy::reject_successively(std::vector<Scored>& all, SampledWorlds& worlds) const {
+  const auto by_mean = [](const Scored& a, const Scored& b) { return a.mean() < b.mean(); };
+  const auto most = static_cast<std::size_t>(settings_.robust.worlds);
+  std::stable_sort(all.begin(), all.end(), by_mean);
+  for (std::size_t up_to = kKeep; !all.empty(); up_to *= kKeep) {
+    up_to = std::min(up_to, most);
+    // Rounds cost about the same: what is kept times the worlds that it is tried in.
+    const auto affordable = static_cast<std::size_t>(settings_.robust.rollouts) / (4 * up_to);
+    const std::size_t kept = std::max(kFinalists, std::min(affordable, all.size()));
+    if (all.size() > kept) all.resize(kept);
+    for (Scored& one : all) try_in_worlds(one, worlds, up_to);
+    // A world that could not run a stroke (the striker would come down on a disc there) speaks against it as much as a lost disc.
+    for (Scored& one : all) {
+      if (one.worlds < up_to) one.cost += settings_.robust.lost_price * static_cast<double>(up_to - one.worlds);
+    }
+    std::stable_sort(all.begin(), all.end(), by_mean);
+    if (up_to == most) break;
+  }
+}
+
+void RobustStrategy::ask_arm(std::vector<Scored>& all, SampledWorlds& worlds, StrokeFilter& arm, std::string& refusal) const {
+  std::vector<Scored> accepted;
+  for (std::size_t k = 0; k < all.size() && accepted.size() < kAccepted; ++k) {
+    auto answer = arm.forecast(all[k].candidate.stroke);
+    if (!answer) {
+      if (refusal.empty()) refusal = all[k].candidate.what + ": " + answer.error().text;
+      continue;
+    }
+    Scored again{std::move(all[k].candidate), *answer};
+    try_in_worlds(again, worlds, static_cast<std::size_t>(settings_.robust.worlds));
+    if (again.worlds > 0) accepted.push_back(std::move(again));
+  }
+  std::stable_sort(accepted.begin(), accepted.end(), [](const Scored& a, const Scored& b) { return a.mean() < b.mean(); });
+  all = std::move(accepted);
+}
+
+StrokeOption RobustStrategy::option_of(const Scored& one, SampledWorlds& worlds) const {
+  const auto believed = worlds.run(one.candidate.stroke, one.forecast, 0);
+  StrokeOption option;
+  option.stroke = one.candidate.stroke;
+  option.predicted_gap = believed.smallest_gap;
+  option.predicted_p_WD.assign(believed.p_WD.begin(), believed.p_WD.end());
+  option.p_singulated = static_cast<double>(one.singulated) / static_cast<double>(one.worlds);
+  option.p_lost = static_cast<double>(one.lost) / static_cast<double>(one.worlds);
+  option.cost_s = one.mean();
+  option.why = one.candidate.what +
+               text_of(": %.1f s to finish, P(singulated) %.2f, P(lost) %.3f", option.cost_s, option.p_singulated, option.p_lost) + " in " +
+               std::to_string(one.worlds) + " worlds";
+  return option;
+}
+
+}  // namespace breakshot::strategy

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "planner/strategy/candidates.hpp"
+#include "planner/strategy/sampled_worlds.hpp"
+
+#include <string>
+#include <vector>
+
+namespace breakshot::strategy {
+
+/// Tries many strokes in many worlds that could be the real one and takes the one that is expected to finish soonest.
+///
+/// All candidates are tried in a few worlds, the better part of them in more, and so on (successive rejection, Karnin, Koren and Somekh 2013),
+/// until a handful has been tried in all worlds. The arm is asked about these alone. The cost of a stroke in a world is its own time, the
+/// expected time of what it leaves, and a price for discs that leave the region or come to rest at its border. docs/strategies.md says why so.
+class RobustStrategy final : public Strategy {
+ public:
+  explicit RobustStrategy(const StrategySettings& settings) : settings_{settings} {}
+  std::string_view name() const noexcept override { return "robust"; }
+  Decision decide(const Scene& scene, const DecisionContext& context) override;
+
+ private:
+  /// A candidate and what came of it so far.
+  struct Scored {
+    Candidate candidate;
+    StrokeForecast forecast;
+    std::size_t worlds = 0;
+    double cost = 0.0;  ///< sum over the worlds, s
+    int singulated = 0;
+    int lost = 0;
+    double mean() const noexcept { return cost / static_cast<double>(worlds); }
+  };
+
+  double stroke_time(const Scored& one) const noexcept;
+  double cost_of(const Scored& one, const Aftermath& aftermath) const noexcept;
+  void try_in_worlds(Scored& one, SampledWorlds& worlds, std::size_t up_to) const;
+  void reject_successively(std::vector<Scored>& all, SampledWorlds& worlds) const;
+  void ask_arm(std::vector<Scored>& all, SampledWorlds& worlds, StrokeFilter& arm, std::string& refusal) const;
+  StrokeOption option_of(const Scored& one, SampledWorlds& worlds) const;
+
+  StrategySettings settings_;
+};
+
+}  // namespace breakshot::strategy

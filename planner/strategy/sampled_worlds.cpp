@@ -1,0 +1,100 @@
+#include "planner/strategy/sampled_worlds.hpp"
+
+#include "common/random.hpp"
+#include "planner/world/formation.hpp"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace breakshot::strategy {
+
+SampledWorlds::SampledWorlds(const TableModel& model, const Scene& scene, const DecisionContext& context, const StrategySettings& settings)
+    : model_{model},
+      scene_{scene},
+      context_{context},
+      settings_{settings},
+      // Gaps are drawn, so that contacts which perception cannot tell from touching open in some worlds and not in others: what meets first is
+      // then a matter of the draw, and pair by pair is right (docs/strategies.md).
+      law_{world::make_impact_law("sequential")} {}
+
+SampledWorlds::Draw SampledWorlds::draw(std::size_t world) const {
+  const auto& robust = settings_.robust;
+  const auto& cell = settings_.cell;
+  SplitMix64 random{context_.seed + 0x632BE59BD9B4E019U * world};
+  const double width = world == 0 ? 0.0 : 1.0;
+  world::WorldSettings physics = cell.world;
+  physics.touch_gap = world::WorldSettings{}.touch_gap;
+  physics.allowed_overlap = kNoiseOverlap;
+  physics.friction *= 1.0 + width * random.uniform(-robust.friction_spread, robust.friction_spread);
+  const double e = width * random.uniform(-robust.restitution_spread, robust.restitution_spread);
+  physics.restitution = std::clamp(physics.restitution + e, 0.0, 1.0);
+  const double striker_e = width * random.uniform(-robust.restitution_spread, robust.restitution_spread);
+  physics.striker_restitution = std::clamp(physics.striker_restitution + striker_e, 0.0, 1.0);
+
+  Draw draw{model_.discs, world::VirtualWorld{physics, law_}, 1.0 + width * random.uniform(-robust.speed_spread, robust.speed_spread),
+            Eigen::Rotation2Dd{width * random.uniform(-robust.aim_spread, robust.aim_spread)}};
+  for (std::size_t i = 0; i < draw.discs.size(); ++i) {
+    const Matrix2 covariance = scene_.discs[i].covariance + robust.position_sigma * robust.position_sigma * Matrix2::Identity();
+    const Vector2 noise{random.normal(), random.normal()};
+    draw.discs[i].p_WD += width * Vector2{covariance.llt().matrixL() * noise};
+  }
+  world::part_overlaps(draw.discs);
+  return draw;
+}
+
+Aftermath SampledWorlds::run(const StrokeRequest& stroke, const StrokeForecast& forecast, std::size_t world) {
+  while (draws_.size() <= world) draws_.push_back(draw(draws_.size()));
+  Draw& draw = draws_[world];
+  const auto& cell = settings_.cell;
+
+  const bool hit = stroke.kind == StrokeKind::kHit;
+  world::StrikerRun run;
+  run.direction = draw.aim * stroke.direction_W;
+  run.cruise = hit ? stroke.run_in : stroke.length;
+  run.p_WS = stroke.p_WS - (hit ? stroke.run_in : 0.0) * run.direction;
+  run.speed = stroke.speed * (hit ? draw.speed_factor : 1.0);
+  run.radius = cell.striker_radius;
+  run.mass = cell.striker_mass;
+  run.braking = cell.hit_braking;
+  run.lift = cell.hit_lift;
+  if (hit && forecast.low_time > 0.0) {
+    // The deceleration that takes the striker as far as the arm says in the time that it says.
+    run.lift = forecast.low_time;
+    run.braking = std::max(0.01, 2.0 * (stroke.speed * run.lift - forecast.low_after) / (run.lift * run.lift));
+  }
+
+  Aftermath aftermath;
+  if (hit) {
+    const auto rollout = draw.world.run(draw.discs, &run);
+    if (!rollout || rollout->status != world::Rollout::Status::kAtRest) return aftermath;
+    aftermath.p_WD = rollout->p_WD;
+  } else {
+    const auto p_WD = push_.run(draw.discs, run, stroke.length, kNoiseOverlap);
+    if (!p_WD) return aftermath;
+    aftermath.p_WD = *p_WD;
+  }
+  aftermath.valid = true;
+  judge(draw, aftermath);
+  return aftermath;
+}
+
+void SampledWorlds::judge(const Draw& draw, Aftermath& aftermath) const {
+  const double wanted = context_.min_gap + settings_.robust.gap_margin;
+  const double edge_width = settings_.robust.edge_width;
+  aftermath.smallest_gap = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < aftermath.p_WD.size(); ++i) {
+    const double margin = context_.region.margin(aftermath.p_WD[i]);
+    aftermath.outside += margin < 0.0 ? 1 : 0;
+    aftermath.edge += std::clamp(1.0 - margin / edge_width, 0.0, 1.0);
+    for (std::size_t j = 0; j < i; ++j) {
+      const double gap = (aftermath.p_WD[i] - aftermath.p_WD[j]).norm() - draw.discs[i].radius - draw.discs[j].radius;
+      aftermath.smallest_gap = std::min(aftermath.smallest_gap, gap);
+      aftermath.pairs_below += gap < wanted ? 1 : 0;
+    }
+  }
+}
+
+}  // namespace breakshot::strategy
