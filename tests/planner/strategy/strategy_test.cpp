@@ -203,7 +203,7 @@ TEST(Paper, FindsTheFastestHitThatTheArmDoesByHalving) {
   const auto paper = make_strategy("paper", {});
   auto ctx = context();
   const StrokeOption free = paper->decide(scene_of(test::formation("E")), ctx).options[0];
-  ASSERT_GT(free.stroke.speed, 0.45);
+  ASSERT_GT(free.stroke.speed, 0.40) << "else there is nothing for the slow arm to refuse";
   Slow slow;
   ctx.filter = &slow;
   const StrokeOption slower = paper->decide(scene_of(test::formation("E")), ctx).options[0];
