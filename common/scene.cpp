@@ -1,7 +1,6 @@
 #include "common/scene.hpp"
 
-#include <algorithm>
-#include <limits>
+#include "common/gap.hpp"
 
 namespace breakshot {
 
@@ -15,16 +14,6 @@ const char* to_string(SceneQuality quality) noexcept {
   return "invalid";
 }
 
-double smallest_gap(const Scene& scene) noexcept {
-  double smallest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < scene.discs.size(); ++i) {
-    for (std::size_t j = i + 1; j < scene.discs.size(); ++j) {
-      const auto& a = scene.discs[i];
-      const auto& b = scene.discs[j];
-      smallest = std::min(smallest, (a.p_WD - b.p_WD).norm() - a.radius - b.radius);
-    }
-  }
-  return smallest;
-}
+double smallest_gap(const Scene& scene) noexcept { return smallest_gap_between(scene.discs); }
 
 }  // namespace breakshot

@@ -1,5 +1,7 @@
 #include "client/demo/report.hpp"
 
+#include "common/gap.hpp"
+
 #include <fmt/core.h>
 #include <sys/utsname.h>
 
@@ -59,18 +61,6 @@ json to_json(const DecisionRecord& record) {
   return out;
 }
 
-double smallest_true_gap(const SimTruth& truth) {
-  double smallest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < truth.discs.size(); ++i) {
-    for (std::size_t j = i + 1; j < truth.discs.size(); ++j) {
-      const auto& a = truth.discs[i];
-      const auto& b = truth.discs[j];
-      smallest = std::min(smallest, (a.p_WD - b.p_WD).norm() - a.radius - b.radius);
-    }
-  }
-  return smallest;
-}
-
 int truly_lost(const SimTruth& truth, const Rect& workspace) {
   int lost = 0;
   for (const auto& disc : truth.discs) lost += !disc.on_table || !workspace.contains(disc.p_WD) ? 1 : 0;
@@ -124,7 +114,7 @@ std::string summary(const RunRecord& run) {
                                      to_seconds(t.times.decide), to_seconds(t.times.move), to_seconds(t.times.settle)));
   }
   if (run.truth) {
-    row("scored by truth", fmt::format("smallest gap {}, {} of {} discs outside the workspace", mm(smallest_true_gap(*run.truth)),
+    row("scored by truth", fmt::format("smallest gap {}, {} of {} discs outside the workspace", mm(smallest_gap_between(run.truth->discs)),
                                        truly_lost(*run.truth, run.workspace), run.truth->discs.size()));
   }
   row("order to end", fmt::format("{:.2f} s wall time", to_seconds(run.wall)));
@@ -159,7 +149,7 @@ json to_json(const RunRecord& run) {
                    {"times", to_json(t.times)}};
   }
   if (run.truth) {
-    out["truth"] = {{"smallest_gap", finite(smallest_true_gap(*run.truth))},
+    out["truth"] = {{"smallest_gap", finite(smallest_gap_between(run.truth->discs))},
                     {"discs_lost", truly_lost(*run.truth, run.workspace)},
                     {"strikes", run.truth->strikes}};
     for (const auto& d : run.truth->discs) out["truth"]["p_WD"].push_back(to_json(d.p_WD));

@@ -1,10 +1,10 @@
 #include "planner/strategy/table_model.hpp"
 
+#include "common/gap.hpp"
 #include "planner/world/formation.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace breakshot::strategy {
 
@@ -46,13 +46,7 @@ void find_clusters(TableModel& model) {
 
 }  // namespace
 
-double TableModel::smallest_gap() const noexcept {
-  double smallest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < discs.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) smallest = std::min(smallest, gap(discs[i], discs[j]));
-  }
-  return smallest;
-}
+double TableModel::smallest_gap() const noexcept { return smallest_gap_between(discs); }
 
 std::optional<TableModel> model_of(const Scene& scene, double min_gap, const StrategySettings& settings, std::string& why_not) {
   TableModel model;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <iostream>
-#include <limits>
 #include <stdexcept>
 
 namespace breakshot::hil {
@@ -185,18 +184,6 @@ std::string CellUnderTest::logs() const {
     for (std::size_t i = first; i < lines.size(); ++i) all += info.name + " | " + lines[i] + '\n';
   }
   return all;
-}
-
-double smallest_gap(const SimTruth& truth) {
-  double smallest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < truth.discs.size(); ++i) {
-    for (std::size_t j = i + 1; j < truth.discs.size(); ++j) {
-      const auto& a = truth.discs[i];
-      const auto& b = truth.discs[j];
-      smallest = std::min(smallest, (a.p_WD - b.p_WD).norm() - a.radius - b.radius);
-    }
-  }
-  return smallest;
 }
 
 }  // namespace breakshot::hil

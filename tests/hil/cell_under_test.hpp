@@ -79,7 +79,4 @@ class CellUnderTest {
   CellConfig config_;
 };
 
-/// True gap between the two nearest discs, m.
-double smallest_gap(const SimTruth& truth);
-
 }  // namespace breakshot::hil

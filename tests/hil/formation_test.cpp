@@ -1,3 +1,4 @@
+#include "common/gap.hpp"
 #include "tests/hil/cell_under_test.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +27,7 @@ TEST_P(Formations, AreSingulatedByThePapersStrategy) {
   const auto truth = cell->truth_at_rest();
   ASSERT_TRUE(truth);
   const auto& config = cell->config();
-  EXPECT_GE(smallest_gap(*truth), config.target_gap - kPerceptionError);
+  EXPECT_GE(smallest_gap_between(truth->discs), config.target_gap - kPerceptionError);
   for (const auto& disc : truth->discs) {
     EXPECT_TRUE(disc.on_table);
     EXPECT_TRUE(config.workspace.contains(disc.p_WD)) << disc.p_WD.transpose();

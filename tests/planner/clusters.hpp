@@ -89,12 +89,4 @@ inline std::vector<Disc> formation(const std::string& name) {
   return six;
 }
 
-inline double smallest_gap(const std::vector<Disc>& discs) {
-  double smallest = INFINITY;
-  for (std::size_t i = 0; i < discs.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) smallest = std::min(smallest, gap(discs[i], discs[j]));
-  }
-  return smallest;
-}
-
 }  // namespace breakshot::test

@@ -1,8 +1,9 @@
 #include "tests/support/in_process_cell.hpp"
 
+#include "common/gap.hpp"
+
 #include <algorithm>
 #include <chrono>
-#include <limits>
 #include <stdexcept>
 
 namespace breakshot::support {
@@ -118,7 +119,7 @@ EpisodeResult InProcessCell::run(const Formation& formation, const TaskRequest& 
   const SimTruth truth = episode.world.truth();
   result.truth = truth.discs;
   result.strikes = truth.strikes;
-  result.true_gap = smallest_gap(truth.discs);
+  result.true_gap = smallest_gap_between(truth.discs);
   result.truly_lost = static_cast<int>(std::count_if(truth.discs.begin(), truth.discs.end(),
                                                      [&](const SimDisc& d) { return !d.on_table || !request.region.contains(d.p_WD); }));
   return std::move(result);
@@ -200,16 +201,6 @@ void InProcessCell::carry_out(Episode& episode) {
       episode.result.outcomes.push_back(*outcome);
     }
   }
-}
-
-double smallest_gap(const std::vector<SimDisc>& discs) noexcept {
-  double smallest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < discs.size(); ++i) {
-    for (std::size_t j = i + 1; j < discs.size(); ++j) {
-      smallest = std::min(smallest, (discs[i].p_WD - discs[j].p_WD).norm() - discs[i].radius - discs[j].radius);
-    }
-  }
-  return smallest;
 }
 
 }  // namespace breakshot::support

@@ -99,7 +99,4 @@ class InProcessCell {
   std::uint64_t frames_ = 0;
 };
 
-/// Smallest gap between any two discs, m; infinity with fewer than two.
-double smallest_gap(const std::vector<SimDisc>& discs) noexcept;
-
 }  // namespace breakshot::support

@@ -1,5 +1,6 @@
 #include "planner/world/virtual_world.hpp"
 
+#include "common/gap.hpp"
 #include "planner/world/formation.hpp"
 #include "tests/controller/loop/call_counter.hpp"
 #include "tests/planner/clusters.hpp"
@@ -112,7 +113,7 @@ TEST(VirtualWorld, AgreesWithAFineIntegration) {
       disc.mass = uniform(0.05, 0.2);
       disc.v_WD_W = {uniform(-1, 1), uniform(-1, 1)};
       discs.push_back(disc);
-      if (test::smallest_gap(discs) < 1e-3) discs.pop_back();
+      if (smallest_gap_between(discs) < 1e-3) discs.pop_back();
     }
     const auto rollout = world.run(discs);
     ASSERT_TRUE(rollout);
