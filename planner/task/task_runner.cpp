@@ -1,19 +1,15 @@
 #include "planner/task/task_runner.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <limits>
+#include <utility>
+
+// TaskRunner from a request to a scene to decide on, and its ends. Strokes are in task_strokes.cpp.
 
 namespace breakshot::task {
 
 namespace {
-
-constexpr std::size_t kTextLimit = 255;  // TaskStatus::text, Plan::why
-constexpr std::size_t kCandidates = 5;   // Plan::candidates
-
-/// An attainable speed is asked for with this much to spare, lest rounding have it refused again.
-constexpr double kBelowAttainable = 0.98;
 
 std::string in_millimetres(double metres) {
   char text[32];
@@ -226,184 +222,6 @@ void TaskRunner::judge(const Scene& scene, Time now) {
   scene_ = scene;
   hit_speed_cap_ = std::numeric_limits<double>::max();
   ask_strategy(now);
-}
-
-// ---- deciding
-
-void TaskRunner::ask_strategy(Time /*now*/) {
-  strategy::DecisionContext context;
-  context.min_gap = task_.min_gap;
-  context.region = task_.region;
-  context.hits_left = task_.max_hits - std::min(task_.max_hits, status_.hits);
-  context.pushes_left = task_.max_pushes - std::min(task_.max_pushes, status_.pushes);
-  context.speed_scale = task_.speed_scale;
-  context.hit_speed_cap = hit_speed_cap_;
-  context.seed = settings_.seed * 0x9E3779B97F4A7C15U + decisions_++;
-  set_phase(TaskPhase::kDeciding, "deciding");
-  actions_.emplace_back(RunStrategy{++ticket_, scene_, context});
-}
-
-void TaskRunner::on_decision(std::uint64_t ticket, strategy::Decision decision, Duration think, Time now) {
-  advance(now);
-  if (ticket != ticket_ || status_.phase != TaskPhase::kDeciding || ending_) return;
-  switch (decision.kind) {
-    case strategy::Decision::Kind::kSingulated:
-      // The task saw a gap below G in the same scene: the two differ by rounding, and another look decides.
-      look(now);
-      return;
-    case strategy::Decision::Kind::kNoStroke:
-      fail(status_.pushes >= task_.max_pushes ? TaskFailure::kStrokeLimit : TaskFailure::kNoFeasibleStroke, decision.why, now);
-      return;
-    case strategy::Decision::Kind::kStroke: break;
-  }
-  options_ = std::move(decision.options);
-  option_ = 0;
-  think_ = think;
-  try_next_option(now);
-}
-
-void TaskRunner::try_next_option(Time now) {
-  if (option_ >= options_.size()) {
-    fail(TaskFailure::kNoFeasibleStroke, "all " + std::to_string(options_.size()) + " strokes were refused; the last: " + status_.text,
-         now);
-    return;
-  }
-  const auto& option = options_[option_++];
-  send(option.stroke, now);
-
-  Plan plan;
-  plan.seq = ++plans_;
-  plan.order_id = task_.order_id;
-  plan.stamp = status_.stamp;
-  plan.scene_seq = scene_.seq;
-  plan.strategy = strategy_name_;
-  plan.stroke = link_.request();
-  plan.why = option.why.substr(0, kTextLimit);
-  plan.predicted_gap = option.predicted_gap;
-  plan.predicted_p_WD = option.predicted_p_WD;
-  for (std::size_t k = option_ - 1; k < options_.size() && plan.candidates.size() < kCandidates; ++k) {
-    plan.candidates.push_back({options_[k].stroke, options_[k].cost_s, options_[k].p_singulated, options_[k].p_lost});
-    plan.candidates.back().stroke.id = plan.stroke.id;  // that it would have had
-  }
-  plan.think = think_;
-  actions_.emplace_back(std::move(plan));
-  set_phase(TaskPhase::kMoving, option.why);
-}
-
-// ---- moving
-
-void TaskRunner::send(const StrokeRequest& stroke, Time now) {
-  parked_before_ = parked_;
-  parked_ = false;
-  actions_.emplace_back(SendStroke{link_.begin(stroke, now)});
-}
-
-void TaskRunner::on_stroke_status(const StrokeStatus& status, Time now) {
-  advance(now);
-  if (!link_.on_status(status, now)) return;
-  if (is_final(status.phase)) {
-    // A controller that is busy or not ready is asked again (on_tick()), unless the stroke is no longer wanted.
-    const bool unwanted = link_.request().kind != StrokeKind::kPark && (ending_ || pause_asked_);
-    if (!link_.waits() || unwanted) stroke_over(now);
-    return;
-  }
-  const bool stroke = link_.request().kind != StrokeKind::kPark;
-  if (stroke && status.phase == StrokePhase::kParking && status_.phase == TaskPhase::kMoving) {
-    set_phase(TaskPhase::kSettling, "the discs are free, the arm parks");
-  }
-}
-
-void TaskRunner::drop_waiting_stroke() {
-  if (!link_.active() || !link_.waits() || link_.request().kind == StrokeKind::kPark) return;
-  link_.end();
-  parked_ = parked_before_;
-}
-
-void TaskRunner::stroke_over(Time now) {
-  const StrokeStatus status = *link_.status();
-  const StrokeRequest stroke = link_.request();
-  link_.end();
-  if (stroke.kind == StrokeKind::kPark) {
-    if (status.phase == StrokePhase::kDone) {
-      parked_ = true;
-      if (ending_) {
-        finish(End{*ending_}, now);
-      } else {
-        look(now);
-      }
-      return;
-    }
-    finish({TaskPhase::kFailed, TaskFailure::kControllerFault,
-            std::string{"the arm does not park: "} +
-                (status.phase == StrokePhase::kRefused ? to_string(status.reason) : "stopped on the way") +
-                (status.text.empty() ? "" : ", " + status.text)},
-           now);
-    return;
-  }
-  if (status.phase == StrokePhase::kRefused) {
-    refused(status, now);
-    return;
-  }
-
-  ++(stroke.kind == StrokeKind::kHit ? status_.hits : status_.pushes);
-  outcome_due_ = status;
-  const bool stopped = status.phase == StrokePhase::kStopped;
-  parked_ = !stopped && stroke.park_after;
-  stops_ = stopped ? stops_ + 1 : 0;
-  if (stops_ >= settings_.stops_in_a_row && !ending_) {
-    ending_ = End{TaskPhase::kFailed, TaskFailure::kControllerFault, "strokes keep being stopped: " + status.text};
-  }
-  if (!parked_) {
-    StrokeRequest park;
-    park.kind = StrokeKind::kPark;
-    send(park, now);
-    set_phase(TaskPhase::kSettling, stopped ? "the stroke was stopped: " + status.text : "the arm parks");
-  } else if (ending_) {
-    finish(End{*ending_}, now);
-  } else {
-    look(now);
-  }
-}
-
-void TaskRunner::refused(const StrokeStatus& status, Time now) {
-  emit_outcome(status);
-  parked_ = parked_before_;  // a refused stroke does not move the arm
-  status_.text = std::string{to_string(status.reason)} + (status.text.empty() ? "" : ": " + status.text);
-  if (ending_) {
-    finish(End{*ending_}, now);
-    return;
-  }
-  if (pause_asked_) {
-    set_phase(TaskPhase::kPaused, "paused");
-    return;
-  }
-  const double cap = kBelowAttainable * status.attainable;
-  if (status.reason == RefusalReason::kTooFast && cap > 0.0 && cap < hit_speed_cap_) {
-    // The virtual world picks a speed again among those that the arm attains there.
-    hit_speed_cap_ = cap;
-    ask_strategy(now);
-    return;
-  }
-  try_next_option(now);
-}
-
-void TaskRunner::emit_outcome(const StrokeStatus& status) {
-  Outcome outcome;
-  outcome.plan_seq = plans_;
-  outcome.stroke_id = status.id;
-  outcome.stamp = status_.stamp;
-  outcome.stroke_phase = status.phase;
-  outcome.reason = status.reason;
-  outcome.achieved_gap = status_.smallest_gap;
-  outcome.discs_singulated = status_.discs_singulated;
-  outcome.discs_lost = status_.discs_lost;
-  outcome.contacts_left = contacts_left_;
-  outcome.contact_speed = status.contact_speed;
-  outcome.times = {status_.times.look - times_before_.look, status_.times.decide - times_before_.decide,
-                   status_.times.move - times_before_.move, status_.times.settle - times_before_.settle};
-  times_before_ = status_.times;
-  outcome_due_.reset();
-  actions_.emplace_back(outcome);
 }
 
 // ---- ends

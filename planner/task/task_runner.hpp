@@ -66,6 +66,8 @@ class TaskRunner {
     std::string text;
   };
 
+  static constexpr std::size_t kTextLimit = 255;  // TaskStatus::text, Plan::why
+
   void advance(Time now) noexcept;
   void set_phase(TaskPhase phase, std::string text);
   void publish_status();
