@@ -3,8 +3,23 @@
 #include "common/process/exit_status.hpp"
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 
 namespace breakshot::launcher {
+
+namespace {
+
+/// The cell's processes; each has a program breakshot-<name>.
+constexpr std::array<std::string_view, 6> kProcesses{"sim_bridge", "controller", "perception", "planner", "mes_gateway", "ros_gateway"};
+
+std::string process_names() {
+  std::string list;
+  for (const std::string_view name : kProcesses) list.append(list.empty() ? "" : ", ").append(name);
+  return list;
+}
+
+}  // namespace
 
 LauncherConfig load_launcher_config(const ConfigNode& section) {
   constexpr Range kSeconds{0.01, 600.0};
@@ -23,6 +38,7 @@ LauncherConfig load_launcher_config(const ConfigNode& section) {
   const ConfigNode processes = section.child("processes");
   const std::vector<std::string> names = processes.keys();
   for (const std::string& name : names) {
+    if (std::ranges::find(kProcesses, name) == kProcesses.end()) processes.refuse(name, "an unknown process", process_names());
     const ConfigNode entry = processes.child(name);
     config.processes.push_back({name, entry.texts("after"), entry.flag("enabled")});
     for (const std::string& other : config.processes.back().after) {

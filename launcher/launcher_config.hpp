@@ -19,7 +19,7 @@ struct ProcessEntry {
 /// Section `launcher` of the configuration.
 struct LauncherConfig {
   Duration ready_timeout = std::chrono::seconds{20};
-  Duration stop_timeout = std::chrono::seconds{5};
+  Duration stop_timeout = std::chrono::seconds{15};
   Duration watchdog = std::chrono::seconds{10};
   RestartPolicy restart{};
   std::vector<ProcessEntry> processes{};

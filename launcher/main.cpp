@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
   try {
     if (*clean) return clean_shared_memory();
     if (*status) return show_cell(options.run_directory);
-    if (*down) return stop_cell(options.run_directory, std::chrono::seconds{60});
+    if (*down) return stop_cell(options.run_directory, std::chrono::seconds{120});
 
     const ConfigDocument document = load_cell_document(options.cell.config_file, options.cell.overrides);
     options.launcher = load_launcher_config(document.section("launcher"));

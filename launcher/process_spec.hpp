@@ -26,7 +26,7 @@ struct ProcessSpec {
   std::vector<std::pair<std::string, std::string>> environment{};  ///< added to, or replacing, the launcher's own
   std::vector<std::string> after{};                                ///< start when these are READY; stop before they do
   Duration ready_timeout = std::chrono::seconds{20};               ///< from exec to READY=1
-  Duration stop_timeout = std::chrono::seconds{5};                 ///< from SIGTERM to SIGKILL
+  Duration stop_timeout = std::chrono::seconds{15};                ///< from SIGTERM to SIGKILL
   Duration watchdog{0};                                            ///< longest silence between two WATCHDOG=1 after READY; 0: not watched
   RestartPolicy restart{};
 };

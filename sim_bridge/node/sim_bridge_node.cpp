@@ -5,6 +5,7 @@
 #include "common/dds/cell_topics.hpp"
 #include "common/dds/endpoint.hpp"
 #include "common/process/health_publisher.hpp"
+#include "common/process/scheduling.hpp"
 #include "sim_bridge/node/cell_world.hpp"
 #include "sim_bridge/node/control_desk.hpp"
 #include "sim_bridge/node/mailbox.hpp"
@@ -20,6 +21,7 @@
 #include <algorithm>
 #include <cstring>
 #include <ctime>
+#include <optional>
 #include <thread>
 
 namespace breakshot::sim_bridge {
@@ -67,7 +69,7 @@ class SimBridge {
         camera_model_{load_camera(process.cell().camera_file)},
         arm_{load_arm(process.cell().arm.urdf, process.cell().arm.base_link, process.cell().arm.tip_link)},
         world_{arm_, config_, lockstep_ ? kLockstepStart : process::monotonic_now(), process.session()},
-        participant_{process.cell().dds.cell, "breakshot-sim_bridge"},
+        participant_{make_participant()},
         color_writer_{participant_},
         depth_writer_{participant_},
         info_writer_{participant_},
@@ -87,6 +89,11 @@ class SimBridge {
   void run();
 
  private:
+  dds::Participant make_participant() const {
+    std::optional<process::InheritedFifo> fifo;
+    if (!lockstep_) fifo.emplace(std::max(1, config_.priority - 1));
+    return dds::Participant{process_.cell().dds.cell, "breakshot-sim_bridge"};
+  }
   void run_realtime();
   void run_lockstep();
   /// What both modes do after each tick, in this order: states out, truth out, pictures taken.

@@ -58,8 +58,8 @@ std::string error_of(const std::string& text, const std::vector<std::string>& ov
   return "no error";
 }
 
-/// The launcher takes any process by name; a name that no program has is found when it is started.
-bool is_free_name(const std::string& path) { return path.starts_with("launcher.processes."); }
+/// A process of the launcher's may be left out of the file, and all of them are documented in one line.
+bool is_process(const std::string& path) { return path.starts_with("launcher.processes."); }
 
 /// A key of the shipped file with the line that it stands on.
 struct Key {
@@ -118,7 +118,7 @@ TEST_F(ShippedFile, HoldsNoTabsAndNoLongLines) {
 
 TEST_F(ShippedFile, EveryLineCounts) {
   for (const Key& key : keys_) {
-    if (key.value.empty() || is_free_name(key.path)) continue;
+    if (key.value.empty() || is_process(key.path)) continue;
     EXPECT_THAT(error_of(text_with(key.line, "")), AllOf(HasSubstr(key.path + ": found no such key"), HasSubstr("; allowed: ")))
         << key.path;
   }
@@ -126,13 +126,21 @@ TEST_F(ShippedFile, EveryLineCounts) {
 
 TEST_F(ShippedFile, AMistypedKeyIsFoundWithItsLine) {
   for (const Key& key : keys_) {
-    if (is_free_name(key.path)) continue;
     std::string line = lines_[key.line];
     line.insert(line.find(key.name) + key.name.size(), "x");
     const std::string message = error_of(text_with(key.line, line));
     // Its absence under the right name, or its presence under the wrong one: whichever the loader meets first.
     EXPECT_THAT(message, HasSubstr(key.path)) << key.path;
     EXPECT_THAT(message, HasSubstr(kFile.string() + ":")) << key.path;
+  }
+}
+
+TEST_F(ShippedFile, AProcessThatTheCellDoesNotHaveIsRefusedWithThoseThatItHas) {
+  for (const Key& key : keys_) {
+    if (!is_process(key.path)) continue;
+    EXPECT_THAT(error_of(text_with(key.line, "    erp_gateway: {after: [], enabled: true}")),
+                AllOf(HasSubstr(":" + std::to_string(key.line + 1) + ": launcher.processes.erp_gateway: found an unknown process"),
+                      HasSubstr("sim_bridge, controller, perception, planner, mes_gateway, ros_gateway")));
   }
 }
 
@@ -194,13 +202,13 @@ TEST_F(ShippedFile, EveryKeyAndNoOtherIsDocumented) {
   std::vector<std::string> present;
   for (const Key& key : keys_) {
     const bool in_section = key.path.find('.') != std::string::npos;
-    if (in_section && !is_free_name(key.path) && !key.value.empty()) present.push_back(key.path);
+    if (in_section && !is_process(key.path) && !key.value.empty()) present.push_back(key.path);
   }
   for (const std::string& path : present) {
     EXPECT_TRUE(std::find(documented.begin(), documented.end(), path) != documented.end()) << path << " is not in docs/configuration.md";
   }
   for (const std::string& path : documented) {
-    if (is_free_name(path) || path == "cell.colours") continue;
+    if (is_process(path) || path == "cell.colours") continue;
     EXPECT_TRUE(std::find(present.begin(), present.end(), path) != present.end()) << path << " is documented but not in config/cell.yaml";
   }
 }
