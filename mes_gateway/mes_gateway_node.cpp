@@ -180,7 +180,7 @@ class Gateway {
   dds::Subscription<TaskStatus> task_statuses_{cell_, [this](TaskStatus&& m) { inbox_.put(std::move(m)); }};
   dds::Subscription<Health> healths_{cell_, [this](Health&& m) { inbox_.put(std::move(m)); }};
   dds::Subscription<Command> commands_{factory_, [this](Command&& m) { inbox_.put(std::move(m)); }};
-  dds::Subscription<Heartbeat> factory_heartbeats_{factory_, [this](Heartbeat&& m) { inbox_.put(std::move(m)); }};
+  dds::Subscription<Heartbeat> factory_heartbeats_{factory_, [this](const Heartbeat& m) { inbox_.put(m); }};
 };
 
 }  // namespace

@@ -54,7 +54,7 @@ sensor_msgs::msg::JointState joint_message(const JointState& state, const ArmDes
   message.header().stamp(to_ros(state.stamp));
   message.header().frame_id("base");
   for (Eigen::Index i = 0; i < state.q.size() && i < static_cast<Eigen::Index>(arm.joints.size()); ++i) {
-    message.name().push_back(arm.joints[static_cast<std::size_t>(i)].name);
+    message.name().emplace_back(arm.joints[static_cast<std::size_t>(i)].name);
     message.position().push_back(state.q[i]);
     message.velocity().push_back(state.qd[i]);
     message.effort().push_back(state.tau[i]);

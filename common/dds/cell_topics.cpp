@@ -10,6 +10,8 @@ namespace breakshot::dds {
 namespace {
 
 using WireJoints = std::array<double, kMaxJoints>;
+/// A pose without its last line, 0 0 0 1.
+using WirePose = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
 
 void put(const JointVector& from, WireJoints& to) {
   to.fill(0.0);
@@ -148,9 +150,7 @@ void Topic<CameraModel>::encode(const CameraModel& value, Wire& wire) {
   wire.cx(value.cx);
   wire.cy(value.cy);
   wire.distortion(value.distortion);
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) wire.x_wc()[static_cast<std::size_t>(4 * row + column)] = value.X_WC.matrix()(row, column);
-  }
+  Eigen::Map<WirePose>{wire.x_wc().data()} = value.X_WC.affine();
 }
 
 Result<CameraModel, Invalid> Topic<CameraModel>::decode(const Wire& wire) {
@@ -172,9 +172,7 @@ Result<CameraModel, Invalid> Topic<CameraModel>::decode(const Wire& wire) {
   value.cx = wire.cx();
   value.cy = wire.cy();
   value.distortion = wire.distortion();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) value.X_WC.matrix()(row, column) = wire.x_wc()[static_cast<std::size_t>(4 * row + column)];
-  }
+  value.X_WC.affine() = Eigen::Map<const WirePose>{wire.x_wc().data()};
   constexpr double kOrthonormal = 1e-6;
   const Matrix3 R_WC = value.X_WC.linear();
   if (!(R_WC * R_WC.transpose()).isIdentity(kOrthonormal) || R_WC.determinant() < 0) return Invalid{"x_wc is not a rigid pose"};
