@@ -11,6 +11,7 @@ find_package(fmt REQUIRED)                                                   # l
 find_package(tinyxml2 REQUIRED)                                              # libtinyxml2-dev
 find_package(spdlog REQUIRED)                                                # libspdlog-dev
 find_package(yaml-cpp 0.7 REQUIRED)                                          # libyaml-cpp-dev
+find_package(ZLIB REQUIRED)                                                  # zlib1g-dev
 find_package(CLI11 2.1 REQUIRED)                                             # libcli11-dev
 find_package(nlohmann_json 3.11 REQUIRED)                                    # nlohmann-json3-dev
 find_package(GTest 1.12 REQUIRED)                                            # libgtest-dev, libgmock-dev

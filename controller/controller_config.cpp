@@ -40,6 +40,10 @@ ControllerConfig load_controller_config(const ConfigDocument& document, const Ce
   config.realtime.cpu = static_cast<int>(realtime.integer("cpu", -1, 1023));
   config.lock_memory = realtime.flag("lock_memory");
 
+  const ConfigNode flight = node.child("flight");
+  config.flight.folder = flight.path("folder");
+  config.flight.files = static_cast<std::size_t>(flight.integer("files", 0, 1000));
+
   node.finish();
   if (cell.mode == CellMode::kLockstep) loop = lockstep(loop);
   return config;

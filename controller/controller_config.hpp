@@ -3,6 +3,7 @@
 #include "common/config/cell_config.hpp"
 #include "common/config/config_node.hpp"
 #include "common/urdf/arm_description.hpp"
+#include "controller/flight/flight_recorder.hpp"
 #include "controller/loop/control_loop.hpp"
 #include "controller/motion/motion_settings.hpp"
 #include "controller/rt/realtime.hpp"
@@ -16,6 +17,7 @@ struct ControllerConfig {
   rt::RealtimeSettings realtime;
   int io_priority = 60;  ///< SCHED_FIFO of the threads that bring states and take commands away
   bool lock_memory = true;
+  flight::RecorderSettings flight;
 };
 
 /// Reads section `controller`, with what the section `cell` says of table, striker and mode.

@@ -36,6 +36,7 @@ struct LoopRequest {
   };
   Kind kind = Kind::kStop;
   const motion::Trajectory* trajectory = nullptr;
+  std::uint64_t trajectory_number = 0;  ///< counts the trajectories handed over, from 1: a buffer is used again, its number is not
 };
 
 /// What happened on the real-time thread. Fields that a kind does not name are zero.

@@ -1,8 +1,5 @@
 #include "controller/loop/control_loop.hpp"
 
-#include "controller/safety/command_limiter.hpp"
-#include "controller/safety/joint_brake.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -10,7 +7,6 @@
 namespace breakshot::control {
 
 using motion::Trajectory;
-using motion::TrajectoryPoint;
 using safety::Action;
 using safety::Cause;
 using safety::JointArray;
@@ -25,8 +21,6 @@ constexpr int kWrongJointsTolerated = 20;
 constexpr Duration kForeignMemory = std::chrono::seconds{1};
 /// A trajectory begins where the set-point is, but for rounding and the first tick's motion, rad.
 constexpr double kStartTolerance = 1e-4;
-/// The measurements on both sides of the contact must not lie further apart: the speed between them would say little.
-constexpr Duration kContactBracket = std::chrono::milliseconds{20};
 
 JointArray to_array(const JointVector& vector) noexcept {
   JointArray array{};
@@ -34,21 +28,24 @@ JointArray to_array(const JointVector& vector) noexcept {
   return array;
 }
 
-Setpoint to_setpoint(const TrajectoryPoint& point) noexcept { return {point.q, point.qd, point.qdd}; }
-
 }  // namespace
 
-ControlLoop::ControlLoop(const LoopConfig& config, LoopChannels& channels) noexcept
-    : config_{config},
-      channels_{channels},
-      gate_{gate_limits(config)},
-      freshness_{config.freshness},
-      following_{config.limits.joints, config.following},
-      path_stop_{config.stop} {}
+ControlLoop::ControlLoop(const LoopConfig& config, LoopChannels& channels, FlightTap* flight) noexcept
+    : LoopMemory{config}, config_{config}, channels_{channels}, flight_{flight} {}
+
+void ControlLoop::restore(const LoopMemory& memory, const Trajectory* trajectory) noexcept {
+  static_cast<LoopMemory&>(*this) = memory;
+  trajectory_ = trajectory;
+  path_stop_.follow(trajectory);
+  path_pace_.follow(trajectory);
+}
 
 JointCommand ControlLoop::tick(const JointState* state, Time now) noexcept {
   const std::int64_t periods = periods_since_last(now);
   if (periods == 0) return command_;
+  if (flight_ != nullptr && ticks_ % FlightTap::kKeyframeEvery == 0) flight_->keyframes.push({ticks_ + 1, *this});
+  record_.requests = 0;
+  record_.told = 0;
   ++ticks_;
   if (ticked_) skipped_ += static_cast<std::uint64_t>(periods - 1);
   ticked_ = true;
@@ -74,6 +71,7 @@ JointCommand ControlLoop::tick(const JointState* state, Time now) noexcept {
     if (!unknown_drives_) make_command();
   }
   publish_status();
+  if (flight_ != nullptr) record_flight(state);
   return command_;
 }
 
@@ -125,13 +123,15 @@ void ControlLoop::observe(const JointState* state, std::int64_t periods) noexcep
 void ControlLoop::take_requests() noexcept {
   recovery_asked_ = false;
   LoopRequest request;
-  while (channels_.requests.pop(request)) {
+  while (record_.requests < kRequestsPerTick && channels_.requests.pop(request)) {
+    record_.request[record_.requests++] = {request.kind, request.trajectory_number};
     switch (request.kind) {
       case LoopRequest::Kind::kStart:
         if (offered_ != nullptr) {
           refuse(request.trajectory, LoopEvent::Refusal::kBusy);
         } else {
           offered_ = request.trajectory;
+          offered_number_ = request.trajectory_number;
         }
         break;
       case LoopRequest::Kind::kStop: present_.add(Cause::kStopRequested); break;
@@ -163,8 +163,21 @@ void ControlLoop::apply_safety() noexcept {
 void ControlLoop::change_motion() noexcept {
   switch (fail_safe_.action()) {
     case Action::kRun:
-    case Action::kHold: return;
+    case Action::kHold:
+      // Without a word from the arm the stroke goes on along its path, more and more slowly, and goes on from there when there is one.
+      if (fail_safe_.active().has(Cause::kStatePredicted)) {
+        if (motion_ == Motion::kOnTrajectory) {
+          path_pace_.start(*trajectory_, static_cast<std::size_t>(std::max<std::int64_t>(cursor_, 0)), 0.0);
+          motion_ = Motion::kPaced;
+        } else if (motion_ == Motion::kPaced && path_pace_.target() > 0.0) {
+          path_pace_.change(0.0);
+        }
+      } else if (motion_ == Motion::kPaced && path_pace_.target() == 0.0) {
+        path_pace_.change(1.0);
+      }
+      return;
     case Action::kControlledStop:
+      if (motion_ == Motion::kPaced && path_pace_.target() > 0.0) path_pace_.change(0.0);
       if (motion_ == Motion::kOnTrajectory) {
         path_stop_.start(*trajectory_, static_cast<std::size_t>(std::max<std::int64_t>(cursor_, 0)));
         motion_ = Motion::kStoppingOnPath;
@@ -182,16 +195,6 @@ void ControlLoop::change_motion() noexcept {
   }
 }
 
-void ControlLoop::settle() noexcept {
-  if (motion_ != Motion::kSettling) return;
-  const bool arrived = fresh_ && state_.stamp + config_.max_settle >= settle_until_ && measured_at_rest();
-  if (!arrived && now_ < settle_until_) return;
-  post({.kind = LoopEvent::Kind::kDone});
-  give_back(trajectory_);
-  contact_pending_ = false;
-  motion_ = Motion::kHolding;
-}
-
 void ControlLoop::recover() noexcept {
   if (!recovery_asked_) return;
   const bool at_place = motion_ == Motion::kReleased || distance_to_setpoint() <= config_.give_way_tolerance;
@@ -202,16 +205,6 @@ void ControlLoop::recover() noexcept {
   }
   gave_way_ = false;
   post({.kind = LoopEvent::Kind::kRecovered});
-}
-
-void ControlLoop::give_way() noexcept {
-  if (fail_safe_.action() <= Action::kHold || motion_ != Motion::kHolding || gave_way_) return;
-  if (!fresh_ || !measured_at_rest() || distance_to_setpoint() <= config_.give_way_tolerance) return;
-  for (std::size_t j = 0; j < static_cast<std::size_t>(config_.limits.joints); ++j) {
-    give_way_target_[j] = std::clamp(state_.q[static_cast<Eigen::Index>(j)], config_.limits.lower[j], config_.limits.upper[j]);
-  }
-  gave_way_ = true;
-  motion_ = Motion::kGivingWay;
 }
 
 void ControlLoop::start_trajectory() noexcept {
@@ -228,118 +221,11 @@ void ControlLoop::start_trajectory() noexcept {
     if (!(std::abs(offer.points[0].q[j] - setpoint_.q[j]) <= kStartTolerance)) return refuse(offered_, Refusal::kElsewhere);
   }
   trajectory_ = std::exchange(offered_, nullptr);
+  trajectory_number_ = offered_number_;
   cursor_ = -1;
   phase_ = StrokePhase::kAccepted;
   contact_pending_ = false;
   motion_ = Motion::kOnTrajectory;
-}
-
-void ControlLoop::anchor() noexcept {
-  if (motion_ != Motion::kReleased || !fresh_ || !freshness_.established()) return;
-  // Where the arm will be when the command is due. Of the measured speed and the one that the positions show, the slower is believed, and a
-  // creeping joint counts as standing: neither noise nor one wrong number is to start a motion.
-  const double ahead = to_seconds(due() - state_.stamp);
-  const double since = to_seconds(state_.stamp - previous_state_.stamp);
-  setpoint_ = {};
-  for (std::size_t j = 0; j < static_cast<std::size_t>(config_.limits.joints); ++j) {
-    const auto i = static_cast<Eigen::Index>(j);
-    const double shown = since > 0.0 ? (state_.q[i] - previous_state_.q[i]) / since : 0.0;
-    const double speed = std::abs(shown) < std::abs(state_.qd[i]) ? shown : state_.qd[i];
-    const bool creeping = std::abs(speed) < config_.rest_speed || shown * state_.qd[i] < 0.0;
-    setpoint_.qd[j] = creeping ? 0.0 : std::clamp(speed, -config_.limits.max_speed[j], config_.limits.max_speed[j]);
-    setpoint_.q[j] = std::clamp(state_.q[i] + setpoint_.qd[j] * ahead, config_.limits.lower[j], config_.limits.upper[j]);
-  }
-  anchor_seq_ = seq_ + 1;
-  unchecked_ = true;
-  motion_ = Motion::kBraking;
-}
-
-Setpoint ControlLoop::next_setpoint(std::int64_t periods) noexcept {
-  if (unchecked_) return setpoint_;
-  switch (motion_) {
-    case Motion::kOnTrajectory: return advance_trajectory(periods);
-    case Motion::kStoppingOnPath: {
-      TrajectoryPoint point;
-      bool still_moving = true;
-      for (std::int64_t i = 0; i < periods && still_moving; ++i) still_moving = path_stop_.step(point);
-      if (!still_moving) {
-        give_up_stroke();
-        motion_ = Motion::kHolding;
-      }
-      return to_setpoint(point);
-    }
-    case Motion::kBraking: {
-      const Setpoint next = safety::brake(config_.limits, setpoint_, to_seconds(periods * config_.period));
-      if (next.at_rest()) motion_ = Motion::kHolding;
-      return next;
-    }
-    case Motion::kGivingWay: {
-      const double span = to_seconds(periods * config_.period);
-      const Setpoint next = safety::approach(config_.limits, setpoint_, give_way_target_, config_.give_way_speed, span);
-      double left = 0.0;
-      for (std::size_t j = 0; j < next.q.size(); ++j) left = std::max(left, std::abs(give_way_target_[j] - next.q[j]));
-      if (left < 0.1 * config_.give_way_tolerance) motion_ = Motion::kBraking;
-      return next;
-    }
-    case Motion::kReleased:
-    case Motion::kHolding:
-    case Motion::kSettling: break;
-  }
-  return {.q = setpoint_.q, .qd = {}, .qdd = {}};
-}
-
-Setpoint ControlLoop::advance_trajectory(std::int64_t periods) noexcept {
-  const auto last = static_cast<std::int64_t>(trajectory_->size) - 1;
-  const auto contact = static_cast<std::int64_t>(trajectory_->contact_tick);
-  const std::int64_t before = cursor_;
-  cursor_ = before < 0 ? 0 : std::min(before + periods, last);
-  const TrajectoryPoint& point = trajectory_->points[static_cast<std::size_t>(cursor_)];
-
-  if (before < contact && contact <= cursor_) {
-    contact_pending_ = true;
-    contact_at_ = due() + config_.drive_lag - (cursor_ - contact) * config_.period;
-  }
-  if (point.phase != phase_) {
-    phase_ = point.phase;
-    post({.kind = LoopEvent::Kind::kPhase, .phase = phase_});
-  }
-  if (cursor_ == last) {
-    motion_ = Motion::kSettling;
-    settle_until_ = due() + config_.drive_lag + config_.max_settle;
-  }
-  return to_setpoint(point);
-}
-
-void ControlLoop::limit(Setpoint& next, std::int64_t periods) noexcept {
-  if (std::exchange(unchecked_, false) || motion_ == Motion::kBraking) return;
-  const double span = to_seconds(periods * config_.period);
-  const auto violation = safety::check_command(config_.limits, setpoint_, next, span);
-  if (!violation) return;
-
-  present_.add(Cause::kCommandLimit);
-  fail_safe_.update(present_);
-  LoopEvent event{.kind = LoopEvent::Kind::kSafety};
-  event.causes.add(Cause::kCommandLimit);
-  event.violation = violation;
-  post(event);
-  give_up_stroke();
-  motion_ = Motion::kBraking;
-  next = safety::brake(config_.limits, setpoint_, span);
-}
-
-void ControlLoop::watch_contact() noexcept {
-  if (!contact_pending_ || !fresh_ || state_.stamp < contact_at_) return;
-  contact_pending_ = false;
-  const Duration bracket = state_.stamp - previous_state_.stamp;
-  if (previous_state_.stamp > contact_at_ || bracket > kContactBracket || bracket <= Duration::zero()) return;
-  const double share = to_seconds(contact_at_ - previous_state_.stamp) / to_seconds(bracket);
-  LoopEvent event{.kind = LoopEvent::Kind::kContact};
-  for (std::size_t j = 0; j < static_cast<std::size_t>(config_.limits.joints); ++j) {
-    const auto i = static_cast<Eigen::Index>(j);
-    event.q[j] = previous_state_.q[i] + share * (state_.q[i] - previous_state_.q[i]);
-    event.qd[j] = previous_state_.qd[i] + share * (state_.qd[i] - previous_state_.qd[i]);
-  }
-  post(event);
 }
 
 void ControlLoop::make_command() noexcept {
@@ -377,6 +263,19 @@ void ControlLoop::publish_status() noexcept {
   channels_.status.write(status);
 }
 
+void ControlLoop::record_flight(const JointState* state) noexcept {
+  record_.tick = ticks_;
+  record_.now = now_;
+  record_.came = state != nullptr;
+  if (record_.came) record_.state = *state;
+  record_.command = command_;
+  record_.action = fail_safe_.action();
+  record_.causes = fail_safe_.active();
+  record_.motion = motion_;
+  record_.stroke_id = trajectory_ != nullptr ? trajectory_->stroke_id : 0;
+  flight_->ticks.push(record_);
+}
+
 void ControlLoop::give_up_stroke() noexcept {
   if (trajectory_ == nullptr) return;
   post({.kind = LoopEvent::Kind::kStopped, .causes = fail_safe_.active()});
@@ -386,6 +285,7 @@ void ControlLoop::give_up_stroke() noexcept {
 
 void ControlLoop::give_back(const Trajectory*& trajectory) noexcept {
   channels_.returns.push(trajectory);
+  if (trajectory == trajectory_) trajectory_number_ = 0;
   trajectory = nullptr;
 }
 
@@ -403,17 +303,8 @@ void ControlLoop::refuse(const Trajectory*& trajectory, LoopEvent::Refusal why) 
 void ControlLoop::post(LoopEvent event) noexcept {
   event.time = now_;
   if (event.stroke_id == 0 && trajectory_ != nullptr) event.stroke_id = trajectory_->stroke_id;
+  record_.told = static_cast<std::uint16_t>(record_.told | 1U << static_cast<unsigned>(event.kind));
   channels_.events.push(event);
-}
-
-bool ControlLoop::measured_at_rest() const noexcept { return state_.qd.size() > 0 && state_.qd.cwiseAbs().maxCoeff() < config_.rest_speed; }
-
-double ControlLoop::distance_to_setpoint() const noexcept {
-  double distance = 0.0;
-  for (Eigen::Index i = 0; i < state_.q.size(); ++i) {
-    distance = std::max(distance, std::abs(state_.q[i] - setpoint_.q[static_cast<std::size_t>(i)]));
-  }
-  return distance;
 }
 
 bool ControlLoop::obeyed() const noexcept {

@@ -2,14 +2,12 @@
 
 #include "common/joints.hpp"
 #include "controller/loop/channels.hpp"
+#include "controller/loop/flight_tap.hpp"
 #include "controller/loop/loop_config.hpp"
-#include "controller/motion/path_stop.hpp"
+#include "controller/loop/loop_memory.hpp"
 #include "controller/motion/trajectory.hpp"
 #include "controller/safety/fail_safe.hpp"
-#include "controller/safety/following_error.hpp"
-#include "controller/safety/freshness.hpp"
 #include "controller/safety/joint_setpoint.hpp"
-#include "controller/safety/state_gate.hpp"
 
 #include <cstdint>
 
@@ -23,10 +21,11 @@ namespace breakshot::control {
 /// with a stop on the path or a brake out of every moving state, as safety::FailSafe decides. In a stop the set-point gives way, once, to
 /// an arm that is held elsewhere, and the stop does not end before the two agree: resuming moves nothing. Time, not the count of calls, moves a
 /// trajectory: when periods were skipped, the set-point is where it would have been.
-class ControlLoop {
+class ControlLoop : private LoopMemory {
  public:
   /// @param channels  outlives the loop; this side of them is the loop's alone
-  ControlLoop(const LoopConfig& config, LoopChannels& channels) noexcept;
+  /// @param flight    gets what every tick took and gave, and from time to time the memory; outlives the loop; may be null
+  ControlLoop(const LoopConfig& config, LoopChannels& channels, FlightTap* flight = nullptr) noexcept;
 
   /// One tick.
   ///
@@ -36,17 +35,12 @@ class ControlLoop {
   /// Cost: no allocation, no lock, no system call; about 1 us, in the tick that starts a stop about 60 us.
   JointCommand tick(const JointState* state, Time now) noexcept;
 
- private:
-  enum class Motion : std::uint8_t {
-    kReleased,  ///< no set-point: waits for a measured position to start from; nothing is sent
-    kBraking,   ///< every joint to rest by itself
-    kHolding,   ///< stands still
-    kOnTrajectory,
-    kStoppingOnPath,
-    kSettling,   ///< the trajectory has ended; the arm is coming to rest
-    kGivingWay,  ///< in a stop: the set-point goes to where the arm is
-  };
+  /// Goes on where the loop that this memory is of stood before a tick. Not for the real-time thread.
+  ///
+  /// @param trajectory  the one that LoopMemory::trajectory_number_ names; null when that is 0
+  void restore(const LoopMemory& memory, const motion::Trajectory* trajectory) noexcept;
 
+ private:
   /// Whole periods since the last tick; 0 when time stands still, the drives' time-out when it ran backwards.
   std::int64_t periods_since_last(Time now) const noexcept;
   /// Judges the state, and the freshness of states.
@@ -62,6 +56,9 @@ class ControlLoop {
   void anchor() noexcept;
   safety::Setpoint next_setpoint(std::int64_t periods) noexcept;
   safety::Setpoint advance_trajectory(std::int64_t periods) noexcept;
+  safety::Setpoint advance_paced(std::int64_t periods) noexcept;
+  void enter(StrokePhase phase) noexcept;
+  void begin_to_settle() noexcept;
   /// Puts a brake in the place of a set-point that breaks a limit.
   void limit(safety::Setpoint& next, std::int64_t periods) noexcept;
   void watch_contact() noexcept;
@@ -71,6 +68,7 @@ class ControlLoop {
   void give_way() noexcept;
   void make_command() noexcept;
   void publish_status() noexcept;
+  void record_flight(const JointState* state) noexcept;
 
   void give_up_stroke() noexcept;
   /// Returns the buffer to the planning side and forgets it.
@@ -87,44 +85,16 @@ class ControlLoop {
 
   LoopConfig config_;
   LoopChannels& channels_;
+  FlightTap* flight_;
 
-  safety::StateGate gate_;
-  safety::FreshnessWatchdog freshness_;
-  safety::FollowingMonitor following_;
-  safety::FailSafe fail_safe_;
-  safety::CauseSet present_;  ///< conditions found in this tick
-  int wrong_joints_in_a_row_ = 0;
-  Time foreign_until_{};
-
-  bool ticked_ = false;
-  Time now_{};
-  std::uint64_t ticks_ = 0;
-  std::uint64_t skipped_ = 0;
-  std::uint64_t seq_ = 0;         ///< of the last command
-  std::uint64_t anchor_seq_ = 0;  ///< of the first command since the set-point was last anchored
-
-  bool fresh_ = false;           ///< a good state came with this tick
-  bool unknown_drives_ = false;  ///< this tick's state is of a session that is not confirmed: say nothing to whoever that is
-  JointState state_;             ///< the newest good one
-  JointState previous_state_;    ///< the good one before; same session
-
-  Motion motion_ = Motion::kReleased;
-  safety::Setpoint setpoint_;
-  motion::PathStop path_stop_;
-  bool unchecked_ = false;  ///< this tick's set-point has no predecessor to be held against
-
-  const motion::Trajectory* trajectory_ = nullptr;
-  const motion::Trajectory* offered_ = nullptr;  ///< asked to be started in this tick
+  // What holds for one tick only; everything that a tick leaves to the next is in LoopMemory.
+  safety::CauseSet present_;                     ///< conditions found
+  bool fresh_ = false;                           ///< a good state came
+  bool unknown_drives_ = false;                  ///< the state is of a session that is not confirmed: say nothing to whoever that is
+  const motion::Trajectory* offered_ = nullptr;  ///< asked to be started
+  std::uint64_t offered_number_ = 0;
   bool recovery_asked_ = false;
-  std::int64_t cursor_ = -1;  ///< index of the last set-point sent; -1: none yet
-  StrokePhase phase_ = StrokePhase::kAccepted;
-  bool contact_pending_ = false;
-  Time contact_at_{};  ///< when the arm is to pass the contact point
-  Time settle_until_{};
-  safety::JointArray give_way_target_{};
-  bool gave_way_ = false;  ///< in this stop; only once, because an arm that runs away from its set-point must not be chased
-
-  JointCommand command_;  ///< the last one
+  TickRecord record_;
 };
 
 }  // namespace breakshot::control

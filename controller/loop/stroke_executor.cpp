@@ -122,7 +122,9 @@ void StrokeExecutor::plan(Time now) {
   status_.stamp = now;
   stage_ = Stage::kHanded;
   send(status_);
-  channels_.requests.push({.kind = LoopRequest::Kind::kStart, .trajectory = buffer});
+  ++handed_;
+  if (trajectory_observer_) trajectory_observer_(handed_, *buffer);
+  channels_.requests.push({.kind = LoopRequest::Kind::kStart, .trajectory = buffer, .trajectory_number = handed_});
 }
 
 void StrokeExecutor::handle(const LoopEvent& event) {

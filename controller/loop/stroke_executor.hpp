@@ -56,6 +56,10 @@ class StrokeExecutor {
   const LoopStatus& loop() const noexcept { return loop_; }
   /// Called from poll() with every event of the loop, for the log.
   void observe_events(std::function<void(const LoopEvent&)> observer) { observer_ = std::move(observer); }
+  /// Called from poll() with every trajectory and its number (LoopRequest::trajectory_number), just before the loop gets it.
+  void observe_trajectories(std::function<void(std::uint64_t, const motion::Trajectory&)> observer) {
+    trajectory_observer_ = std::move(observer);
+  }
 
  private:
   enum class Stage : std::uint8_t {
@@ -85,6 +89,8 @@ class StrokeExecutor {
   std::vector<motion::Trajectory*> free_;
   LoopStatus loop_;
   std::function<void(const LoopEvent&)> observer_;
+  std::function<void(std::uint64_t, const motion::Trajectory&)> trajectory_observer_;
+  std::uint64_t handed_ = 0;  ///< trajectories given to the loop so far
 
   Stage stage_ = Stage::kIdle;
   StrokeRequest request_;              ///< of the stroke under way

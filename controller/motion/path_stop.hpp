@@ -37,6 +37,14 @@ class PathStop {
   /// Where the last set-point lies on the trajectory, in its ticks.
   double path_position() const noexcept { return position_; }
 
+  /// Goes on along another copy of the same trajectory, as a replay has it.
+  void follow(const Trajectory* copy) noexcept { trajectory_ = copy; }
+  /// What it remembers, for the flight recorder: all but the limits and the trajectory itself.
+  template <typename Self, typename Code>
+  static void fields(Self& self, Code& code) {
+    code(self.start_, self.position_, self.duration_ticks_, self.elapsed_ticks_);
+  }
+
  private:
   bool admissible(int duration_ticks) const noexcept;
 

@@ -41,6 +41,13 @@ class SpeedRamp {
     return v0_ + a0_ * b + 0.5 * jerk_ * b * b + (a0_ + jerk_ * build_time_) * (t - b);
   }
 
+  /// The acceleration.
+  double change(double t) const noexcept {
+    if (t < 0.0 || t >= duration()) return 0.0;
+    const double rest = duration() - t;
+    return rest < end_time_ ? jerk_ * rest : a0_ + jerk_ * std::min(t, build_time_);
+  }
+
   double position(double t) const noexcept {
     if (t <= 0.0) return v0_ * t;
     const double b = std::min(t, build_time_);

@@ -7,6 +7,7 @@
 #include "common/process/scheduling.hpp"
 #include "common/urdf/arm_description.hpp"
 #include "controller/controller_config.hpp"
+#include "controller/flight/flight_recorder.hpp"
 #include "controller/loop/control_loop.hpp"
 #include "controller/loop/event_text.hpp"
 #include "controller/loop/stroke_executor.hpp"
@@ -19,7 +20,9 @@
 #include <spdlog/spdlog.h>
 
 #include <atomic>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -71,6 +74,35 @@ void log_event(const LoopEvent& event) {
     case Kind::kContact: spdlog::debug("code=stroke stroke={} {}", event.stroke_id, describe(event)); return;
   }
 }
+
+void log_record(const flight::FlightRecorder::Stored& stored, const std::string& why) {
+  if (stored) {
+    spdlog::info("code=flight_record file={} why=\"{}\"", stored->string(), why);
+  } else {
+    spdlog::warn("code=flight_record_lost {} why=\"{}\"", stored.error(), why);
+  }
+}
+
+/// A unit's log folder (systemd.exec(5)) takes the place of the configured one, which its sandbox does not let it write to.
+flight::RecorderSettings complete_flight(flight::RecorderSettings settings) {
+  if (const char* const logs = std::getenv("LOGS_DIRECTORY"); logs != nullptr) settings.folder = std::filesystem::path{logs} / "flight";
+  return settings;
+}
+
+/// Strokes that are refused before the loop sees them are worth a record too; every status comes several times.
+class RefusalNotes {
+ public:
+  explicit RefusalNotes(flight::FlightRecorder& recorder) : recorder_{recorder} {}
+
+  void see(const StrokeStatus& status) {
+    if (status.phase != StrokePhase::kRefused || std::exchange(last_id_, status.id) == status.id) return;
+    recorder_.note(flight::Trigger::kRefusal, fmt::format("stroke {}: {}: {}", status.id, to_string(status.reason), status.text));
+  }
+
+ private:
+  flight::FlightRecorder& recorder_;
+  std::uint64_t last_id_ = 0;
+};
 
 double microseconds(Duration span) noexcept { return 1e6 * to_seconds(span); }
 
@@ -141,7 +173,8 @@ class Controller {
         config_{load_controller_config(process.config(), process.cell())},
         arm_{load_arm(process.cell().arm.urdf, process.cell().arm.base_link, process.cell().arm.tip_link)},
         planner_{arm_, process.cell().arm.X_WB, config_.motion},
-        loop_{complete(config_.loop, arm_, process.session()), channels_},
+        loop_config_{complete(config_.loop, arm_, process.session())},
+        loop_{loop_config_, channels_, &tap_},
         executor_{planner_, channels_},
         participant_{make_participant()},
         command_writer_{*participant_},
@@ -175,6 +208,8 @@ class Controller {
   motion::StrokePlanner planner_;
   LoopChannels channels_;
   LoopLinks links_;
+  FlightTap tap_;
+  LoopConfig loop_config_;
   ControlLoop loop_;
   StrokeExecutor executor_;
   std::atomic<std::uint64_t> states_{0};
@@ -234,7 +269,14 @@ void Controller::run() {
                                                ++states_;
                                                if (lockstep_mode) links_.state_came.notify();
                                              }};
-  StrokeDesk desk{executor_, [this](const StrokeStatus& status) { status_writer_.write(status); },
+  flight::FlightRecorder recorder{complete_flight(config_.flight), loop_config_, tap_, log_record};
+  executor_.observe_trajectories([&recorder](std::uint64_t number, const motion::Trajectory& each) { recorder.remember(number, each); });
+  RefusalNotes refusals{recorder};
+  StrokeDesk desk{executor_,
+                  [this, &refusals](const StrokeStatus& status) {
+                    refusals.see(status);
+                    status_writer_.write(status);
+                  },
                   [this] { return process_.clock().now(); }};
   const dds::Subscription<StrokeRequest> requests{*participant_, [&desk](StrokeRequest&& request) { desk.submit(request); }};
   const process::HealthPublisher health{process_, *participant_, HealthReport{links_, desk}};

@@ -9,7 +9,7 @@ namespace breakshot::safety {
 /// What the controller does, in order of precedence: of all causes that are active, the one furthest down decides.
 enum class Action : std::uint8_t {
   kRun = 0,             ///< motions run and may start
-  kHold = 1,            ///< no motion starts; one that runs goes on along its path, on prediction
+  kHold = 1,            ///< no motion starts; one that runs goes on along its path, on prediction and slowing down
   kControlledStop = 2,  ///< brakes along the path of the motion, then holds
   kProtectiveStop = 3,  ///< brakes every joint as hard as it may, at once, then holds
   kFault = 4,           ///< as a protective stop; only a restart of the controller leaves it
@@ -104,6 +104,12 @@ class FailSafe {
 
   Action action() const noexcept;
   CauseSet active() const noexcept { return active_; }
+
+  /// What it remembers, for the flight recorder.
+  template <typename Self, typename Code>
+  static void fields(Self& self, Code& code) {
+    code(self.present_, self.active_);
+  }
 
  private:
   CauseSet present_;  ///< conditions of the last update

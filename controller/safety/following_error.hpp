@@ -36,6 +36,14 @@ class FollowingMonitor {
   /// @param lag  the arm is where the command of so long before was
   FollowingError check(const JointState& state, Duration lag) const noexcept;
 
+  /// What it remembers, for the flight recorder.
+  template <typename Self, typename Code>
+  static void fields(Self& self, Code& code) {
+    for (auto& entry : self.entries_) code(entry.due, entry.q, entry.qd);
+    code.below(self.next_, kHistory);
+    code.below(self.count_, kHistory + 1);
+  }
+
  private:
   static constexpr std::size_t kHistory = 64;  // ticks: more than any transport delay that the gate lets through
 

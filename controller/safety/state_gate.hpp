@@ -55,6 +55,15 @@ class StateGate {
   /// How often each flaw was met, by StateFlaw; [kNone] counts the good ones.
   const std::array<std::uint64_t, kStateFlaws>& counts() const noexcept { return counts_; }
 
+  /// What it remembers, for the flight recorder.
+  template <typename Self, typename Code>
+  static void fields(Self& self, Code& code) {
+    for (auto* newest : {&self.current_, &self.candidate_}) {
+      code(newest->session, newest->seq, newest->stamp, newest->q, newest->states);
+    }
+    code(self.replaced_, self.any_replaced_, self.counts_);
+  }
+
  private:
   /// The newest state of a session that was taken.
   struct Newest {

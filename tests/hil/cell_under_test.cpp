@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <stdexcept>
 
@@ -26,7 +27,9 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kProcesses{
 
 CellUnderTest::CellUnderTest(CellOptions options)
     // Three domains for each of up to 33 test processes at a time; 0 to 129 are left to people.
-    : cell_domain_{130 + 3 * static_cast<int>(getpid() % 33)}, mes_domain_{cell_domain_ + 1} {
+    : cell_domain_{130 + 3 * static_cast<int>(getpid() % 33)},
+      mes_domain_{cell_domain_ + 1},
+      flights_{std::string{BREAKSHOT_BINARY_DIR} + "/tests/hil." + std::to_string(getpid()) + ".flights"} {
   arguments_ = {"--config", std::string{BREAKSHOT_SOURCE_DIR} + "/config/cell.yaml"};
   options.overrides.push_back(options.lockstep ? "cell.mode=lockstep" : "cell.mode=real_time");
   // Rendering is three quarters of what a cell in lockstep costs; half the frames show the planner as much.
@@ -34,6 +37,7 @@ CellUnderTest::CellUnderTest(CellOptions options)
   options.overrides.push_back("cell.dds.cell_domain=" + std::to_string(cell_domain_));
   options.overrides.push_back("cell.dds.mes_domain=" + std::to_string(mes_domain_));
   options.overrides.push_back("cell.dds.ros2_domain=" + std::to_string(cell_domain_ + 2));
+  options.overrides.push_back("controller.flight.folder=" + flights_);
   for (const auto& override : options.overrides) {
     arguments_.emplace_back("--set");
     arguments_.push_back(override);
@@ -68,6 +72,8 @@ CellUnderTest::CellUnderTest(CellOptions options)
 
 CellUnderTest::~CellUnderTest() {
   if (::testing::Test::HasFailure() && group_) std::cerr << logs();
+  group_.reset();
+  if (!::testing::Test::HasFailure()) std::filesystem::remove_all(flights_);
 }
 
 bool CellUnderTest::control(SimControl request) {

@@ -67,6 +67,7 @@ class CellUnderTest {
 
   int cell_domain_;
   int mes_domain_;
+  std::string flights_;  ///< folder of the controller's flight records; stays when the test fails
   std::vector<std::string> arguments_;
   std::unique_ptr<launcher::ProcessGroup> group_;
   std::unique_ptr<client::OrderClient> mes_;

@@ -38,6 +38,7 @@ const std::vector<Rule>& folder_rules() {
       {"controller/rt", {"common/"}},
       {"controller/safety", {"common/"}},
       {"controller/loop", {"common/", "controller/rt", "controller/safety", "controller/motion", "controller/kinematics"}},
+      {"controller/flight", {"common/", "controller/loop", "controller/rt", "controller/safety", "controller/motion"}},
       {"controller", {"common", "controller"}},
       {"perception", {"common", "perception"}},
       {"perception/node", {"common", "perception", "controller/kinematics"}},

@@ -13,6 +13,7 @@ breakshot: a robot cell that singulates discs by hitting and pushing them.
   order, stop           send an order to the running cell and follow it; cancel it
   bench [NAME]          run a benchmark; without a name: list them
   perceive, render      run perception on an image; render an image of a formation
+  replay FILE           feed a flight record of the controller through its control loop again
   clean [--all]         remove the builds; with --all also what was fetched
 
   ./breakshot COMMAND --help   explains one command. README.md is the way in, docs/architecture.md the map.
@@ -124,6 +125,14 @@ TEXT
         render) say "./breakshot render ...: renders what the simulated camera sees of a formation." ;;
       esac
       program_help "$1" ;;
+    replay)
+      cat <<'TEXT'
+./breakshot replay FILE [--csv TABLE]
+
+The controller writes the last seconds of its loop to run/flight at every stop, refusal and fault (docs/controller.md). This feeds such a file through the
+same control loop: shows what it decided and when, and checks that every command comes out the same, bit for bit. If not, it names the first difference.
+TEXT
+      program_help replay ;;
     clean) cat <<'TEXT'
 ./breakshot clean [--all]
 

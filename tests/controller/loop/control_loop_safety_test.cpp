@@ -137,6 +137,71 @@ TEST_F(LoopSafety, NineteenLostStatesAreBridged) {
   EXPECT_EQ(stand.find(Kind::kStopped), nullptr);
 }
 
+// From any tick of a stroke: without states it slows down along its path, smoothly, and once they are back it goes on to its end at its own speed.
+TEST_F(LoopSafety, WithoutStatesItSlowsDownAlongThePathAndGoesOnWithThem) {
+  for (int at = 1; at < 780; at += 13) {
+    for (const int lost : {6, 12, 19}) {
+      Stand fresh;
+      ASSERT_TRUE(fresh.get_ready());
+      const auto motion = make_trajectory(fresh.status().setpoint.q, all(1.2), 1);
+      fresh.clear();
+      fresh.start(*motion);
+      fresh.run(at);
+      const auto tick = [&](bool lose) {
+        const JointCommand before = fresh.last;
+        fresh.tick({.lose_state = lose});
+        expect_smooth(before, fresh.last);
+        EXPECT_LT(distance_to_path(*motion, fresh.last.q), 1e-6);
+      };
+      for (int i = 0; i < lost; ++i) tick(true);
+      // The set-point of this very tick, had nothing been lost.
+      const double planned = motion->points[std::min<std::size_t>(static_cast<std::size_t>(at + lost) - 1, motion->size - 1)].q[0];
+      EXPECT_LE(fresh.last.q[0], planned + 1e-9) << "from tick " << at;
+      int more = 0;
+      while (fresh.find(Kind::kDone) == nullptr && more < 1000) {
+        tick(false);
+        ++more;
+      }
+      EXPECT_LT(at + lost + more, 800 + 60) << "from tick " << at << ", " << lost << " lost: it loses some ticks of time, no more";
+      EXPECT_EQ(fresh.find(Kind::kStopped), nullptr);
+      EXPECT_LT(std::abs(fresh.last.q[0] - motion->points[799].q[0]), 1e-9);
+    }
+  }
+}
+
+TEST_F(LoopSafety, ASlowedStrokeBrakesAndPicksUpItsSpeedAgain) {
+  for (int i = 0; i < 19; ++i) stand.tick({.lose_state = true});
+  const double slowed = stand.last.qd[0];
+  EXPECT_LT(slowed, 0.99 * trajectory->points[319].qd[0]) << "it has begun to brake";
+  stand.run(60);
+  EXPECT_GT(stand.last.qd[0], slowed) << "and is on its way back to its speed";
+}
+
+// A stop from a slowed stroke, or from one that picks up its speed again, rests within 300 ms as any other does.
+TEST_F(LoopSafety, EveryTickOfASlowedStrokeCanBeStoppedFromWithin300Milliseconds) {
+  for (int at = 0; at < 780; at += 11) {
+    for (const int back : {0, 3, 20}) {
+      Stand fresh;
+      ASSERT_TRUE(fresh.get_ready());
+      const auto motion = make_trajectory(fresh.status().setpoint.q, all(1.2), 1);
+      fresh.start(*motion);
+      fresh.run(at + 1);
+      for (int i = 0; i < 15; ++i) fresh.tick({.lose_state = true});
+      fresh.run(back);
+      fresh.request(LoopRequest::Kind::kStop);
+      int ticks = 0;
+      do {
+        const JointCommand before = fresh.last;
+        fresh.tick();
+        expect_smooth(before, fresh.last);
+        ++ticks;
+      } while (fresh.status().moving && ticks < 1000);
+      EXPECT_LE(ticks, 300) << "from tick " << at;
+      EXPECT_LT(distance_to_path(*motion, fresh.last.q), 1e-6);
+    }
+  }
+}
+
 TEST_F(LoopSafety, TwentyLostStatesAreAControlledStopOnThePath) {
   JointCommand rest;
   for (int i = 0; i < 300; ++i) {

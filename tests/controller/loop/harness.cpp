@@ -141,7 +141,7 @@ std::unique_ptr<motion::Trajectory> make_trajectory(const safety::JointArray& fr
   return trajectory;
 }
 
-Stand::Stand(const LoopConfig& with) : config{with}, loop{with, channels}, drives{7} {}
+Stand::Stand(const LoopConfig& with, FlightTap* flight) : config{with}, loop{with, channels, flight}, drives{7} {}
 
 JointCommand Stand::tick(const Upset& upset) {
   for (int i = 0; i < 1 + upset.skip + upset.freeze; ++i) drives.step();

@@ -74,7 +74,7 @@ safety::JointArray all(double value);
 /// Loop and drives, tick by tick, with hands on everything between them.
 class Stand {
  public:
-  explicit Stand(const LoopConfig& config = test_config());
+  explicit Stand(const LoopConfig& config = test_config(), FlightTap* flight = nullptr);
 
   /// What may go wrong in a tick.
   struct Upset {
@@ -96,7 +96,7 @@ class Stand {
 
   void request(LoopRequest::Kind kind) { channels.requests.push({.kind = kind}); }
   void start(const motion::Trajectory& trajectory) {
-    channels.requests.push({.kind = LoopRequest::Kind::kStart, .trajectory = &trajectory});
+    channels.requests.push({.kind = LoopRequest::Kind::kStart, .trajectory = &trajectory, .trajectory_number = ++started});
   }
   LoopStatus status() { return channels.status.latest(); }
   /// Events since the last call of clear(), oldest first.
@@ -112,7 +112,8 @@ class Stand {
   LoopChannels channels;
   ControlLoop loop;
   FakeDrives drives;
-  JointCommand last;  ///< command of the last tick
+  JointCommand last;          ///< command of the last tick
+  std::uint64_t started = 0;  ///< trajectories handed over so far
   Time now() const { return drives.now_; }
 
  private:

@@ -2,11 +2,15 @@
 #include "tests/controller/node/fake_bridge.hpp"
 
 #include "common/process/exit_status.hpp"
+#include "controller/flight/flight_files.hpp"
+#include "controller/flight/replay.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <numbers>
@@ -29,10 +33,11 @@ class ControllerNode : public ::testing::Test {
   ControllerNode() : domain_{100 + static_cast<int>(getpid() % 130)}, participant_{domain_, "controller_node_test"} {
     drives_.place(park_pose());
   }
+  ~ControllerNode() override { std::filesystem::remove_all(flights_); }
 
   std::vector<std::string> overrides(bool lockstep) const {
     return {"cell.dds.cell_domain=" + std::to_string(domain_), std::string{"cell.mode="} + (lockstep ? "lockstep" : "real_time"),
-            "controller.drive_lag_ms=0"};
+            "controller.drive_lag_ms=0", "controller.flight.folder=" + flights_.string()};
   }
   void start_bridge(bool lockstep) { bridge_ = std::make_unique<FakeBridge>(participant_, lockstep, drives_); }
   void start_controller(bool lockstep) { controller_ = std::make_unique<ControllerProcess>(overrides(lockstep)); }
@@ -89,7 +94,19 @@ class ControllerNode : public ::testing::Test {
     return request;
   }
 
+  /// The records of a trigger, oldest first.
+  std::vector<std::filesystem::path> flights(const std::string& trigger) const {
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::directory_iterator{flights_}) {
+      if (entry.path().string().ends_with("-" + trigger + ".flight")) files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+  }
+
   int domain_;
+  std::filesystem::path flights_ =
+      std::string{BREAKSHOT_BINARY_DIR} + "/tests/controller_node_test." + std::to_string(getpid()) + ".flights";
   dds::Participant participant_;
   FakeDrives drives_{7};
   dds::Writer<StrokeRequest> requests_{participant_};
@@ -109,6 +126,7 @@ TEST_F(ControllerNode, RunsStrokesInLockstepAndEndsCleanly) {
   const auto refused = ask(absurd, final);
   EXPECT_EQ(refused.phase, StrokePhase::kRefused);
   EXPECT_FALSE(refused.text.empty());
+  EXPECT_TRUE(until([&] { return std::filesystem::exists(flights_) && !flights("refusal").empty(); })) << "a refusal is recorded";
   EXPECT_EQ(ask(park(3), final).phase, StrokePhase::kDone);
   controller_->signal(SIGTERM);
   EXPECT_EQ(controller_->wait(kPatience), process::kExitOk) << controller_->log();
@@ -123,6 +141,16 @@ TEST_F(ControllerNode, StopsOnItsPathWhenToldToEndInMidStroke) {
   EXPECT_EQ(controller_->wait(kPatience), process::kExitOk) << controller_->log();
   EXPECT_EQ(controller_->log().find("stop_timeout"), std::string::npos);
   EXPECT_LT(bridge_->drives().state().qd.cwiseAbs().maxCoeff(), 0.02) << "at rest when it ends";
+
+  const auto files = flights("stop");
+  ASSERT_EQ(files.size(), 1U) << controller_->log();
+  const auto record = flight::load(files[0]);
+  ASSERT_TRUE(record) << record.error();
+  bool stopped_again = false;
+  const auto replayed = flight::replay(*record, [&](const LoopEvent& event) { stopped_again |= event.kind == LoopEvent::Kind::kStopped; });
+  EXPECT_FALSE(replayed.difference) << replayed.difference->what;
+  EXPECT_GT(replayed.commands, 100U);
+  EXPECT_TRUE(stopped_again) << "what the process did, the replay does again";
 }
 
 TEST_F(ControllerNode, StopsWhenTheBridgeDiesAndGoesOnOnlyWhenAskedTo) {
