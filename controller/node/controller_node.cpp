@@ -106,6 +106,16 @@ class RefusalNotes {
 
 double microseconds(Duration span) noexcept { return 1e6 * to_seconds(span); }
 
+std::string percentiles(const rt::Histogram& histogram) {
+  return fmt::format("{:.0f}/{:.0f}/{:.0f}/{:.0f}/{:.0f}", microseconds(histogram.quantile(0.5)), microseconds(histogram.quantile(0.99)),
+                     microseconds(histogram.quantile(0.999)), microseconds(histogram.quantile(0.9999)), microseconds(histogram.max()));
+}
+
+void log_figures(const LoopFigures& figures) {
+  spdlog::info("code=loop_figures cycles={} overruns_ours={} overruns_hosts={} wakeup_us={} compute_us={} (p50/p99/p99.9/p99.99/max)",
+               figures.cycles, figures.overruns.ours, figures.overruns.hosts, percentiles(figures.wakeup), percentiles(figures.compute));
+}
+
 /// Turns what the loop knows into `cell/health`. Lives on the health thread.
 class HealthReport {
  public:
@@ -116,9 +126,9 @@ class HealthReport {
     const LoopFigures& figures = links_.figures.latest();
     const int timer_error = links_.timer_error;
     health.state = state_of(loop, timer_error);
-    health.text = text_of(loop, timer_error);
+    health.text = text_of(loop, timer_error, figures.overruns);
     health.cycles = figures.cycles;
-    health.overruns = figures.skipped;
+    health.overruns = figures.overruns.ours + figures.overruns.hosts;
     health.wakeup_p99_us = microseconds(figures.wakeup.quantile(0.99));
     health.wakeup_max_us = microseconds(figures.wakeup.max());
     health.compute_p99_us = microseconds(figures.compute.quantile(0.99));
@@ -139,11 +149,13 @@ class HealthReport {
     return loop.action == safety::Action::kRun && loop.obeyed ? HealthState::kReady : HealthState::kDegraded;
   }
 
-  static std::string text_of(const LoopStatus& loop, int timer_error) {
+  static std::string text_of(const LoopStatus& loop, int timer_error, const rt::Overruns& overruns) {
     if (timer_error != 0) return fmt::format("the loop's timer failed: {}", std::strerror(timer_error));
     std::string text = to_string(loop.action);
     if (!loop.causes.empty()) text += ": " + describe(loop.causes);
     if (loop.causes.empty() && !loop.obeyed) text += ": the drives do not take the commands yet";
+    // The host's are a fact of shared machines; ours would be a defect.
+    if (overruns.ours > 0) text += fmt::format("; {} periods lost to its own computing", overruns.ours);
     return text.substr(0, 255);
   }
 
@@ -293,6 +305,7 @@ void Controller::run() {
   watch(desk);
   desk.close();
   wait_for_rest(desk);
+  log_figures(loop.stop());
 }
 
 void Controller::watch(StrokeDesk& desk) {

@@ -19,15 +19,22 @@ LoopThread::LoopThread(Mode mode, ControlLoop& loop, LoopLinks& links, Duration 
   thread_ = std::thread{[this, mode] { mode == Mode::kRealTime ? run_realtime() : run_lockstep(); }};
 }
 
-LoopThread::~LoopThread() {
-  stop_.store(true, std::memory_order_relaxed);
-  links_.state_came.notify();
-  thread_.join();
+LoopThread::~LoopThread() { stop(); }
+
+const LoopFigures& LoopThread::stop() {
+  if (thread_.joinable()) {
+    stop_.store(true, std::memory_order_relaxed);
+    links_.state_came.notify();
+    thread_.join();
+  }
+  return figures_;
 }
 
 void LoopThread::run_realtime() noexcept {
   missing_.set_value(rt::make_thread_realtime(realtime_));
   rt::PeriodicTimer timer{period_, rt::monotonic_now() + period_};
+  rt::OverrunJudge judge{period_};
+  judge.read(rt::thread_cpu_now());
   JointState state;
   while (!stop_.load(std::memory_order_relaxed)) {
     const rt::TimerTick tick = timer.wait();
@@ -37,9 +44,17 @@ void LoopThread::run_realtime() noexcept {
     }
     const bool came = links_.states.read(state);
     send(loop_.tick(came ? &state : nullptr, tick.due));
-    figures_.skipped += tick.skipped;
+    judge.skipped(tick.skipped);
+    figures_.overruns = judge.overruns();
     figures_.wakeup.record(tick.woke - tick.due);
-    record(rt::monotonic_now() - tick.woke);
+    const Duration compute = rt::monotonic_now() - tick.woke;
+    if (judge.is_late(compute)) {
+      judge.late_tick(compute, rt::thread_cpu_now());
+    } else {
+      judge.tick_in_time(compute);
+      if (figures_.cycles % kFiguresEvery == 0) judge.read(rt::thread_cpu_now());
+    }
+    record(compute);
   }
 }
 

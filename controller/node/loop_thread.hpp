@@ -3,6 +3,7 @@
 #include "controller/loop/channels.hpp"
 #include "controller/loop/control_loop.hpp"
 #include "controller/rt/histogram.hpp"
+#include "controller/rt/overrun.hpp"
 #include "controller/rt/realtime.hpp"
 #include "controller/rt/triple_buffer.hpp"
 #include "controller/rt/wakeup.hpp"
@@ -18,9 +19,9 @@ namespace breakshot::control {
 /// What the loop's thread knows of its own timing.
 struct LoopFigures {
   std::uint64_t cycles = 0;
-  std::uint64_t skipped = 0;  ///< periods that got no tick
-  rt::Histogram wakeup;       ///< from the instant of a tick to when the thread ran; empty in lockstep mode
-  rt::Histogram compute;      ///< wall time of a tick
+  rt::Overruns overruns;  ///< periods that got no tick
+  rt::Histogram wakeup;   ///< from the instant of a tick to when the thread ran; empty in lockstep mode
+  rt::Histogram compute;  ///< wall time of a tick
 };
 
 /// The lock-free links between the loop's thread and those that talk DDS.
@@ -47,6 +48,9 @@ class LoopThread {
   LoopThread& operator=(const LoopThread&) = delete;
   LoopThread(LoopThread&&) = delete;
   LoopThread& operator=(LoopThread&&) = delete;
+
+  /// Ends the thread, if that was not done yet. @return its figures, which nobody changes any more
+  const LoopFigures& stop();
 
   /// What the thread could not get of the scheduler; waits until it has asked. Empty in lockstep mode. Call once.
   std::vector<rt::MissingGuarantee> missing_guarantees() { return missing_.get_future().get(); }
