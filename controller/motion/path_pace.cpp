@@ -4,6 +4,7 @@
 #include "controller/motion/profiles.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace breakshot::motion {
 namespace {
@@ -67,8 +68,8 @@ bool PathPace::step(TrajectoryPoint& out) noexcept {
   const SpeedRamp ramp{start_rate_, start_change_, target_, acceleration_, acceleration_ * limits_.jerk / limits_.acceleration};
   ++elapsed_ticks_;
   const double t = elapsed_ticks_ * h;
-  position_ = std::clamp(start_ + ramp.position(t) / h, start_, last);
-  rate_ = std::max(0.0, ramp.speed(t));
+  position_ = std::min(start_ + std::max(0.0, ramp.position(t) / h), last);
+  rate_ = std::clamp(ramp.speed(t), 0.0, 1.0);
   rate_change_ = ramp.change(t);
   PathDerivatives path;
   path_at(*trajectory_, position_, path);

@@ -3,7 +3,7 @@
 #include "controller/motion/path_stop.hpp"
 #include "controller/motion/trajectory.hpp"
 
-#include <cmath>
+#include <cstddef>
 
 namespace breakshot::motion {
 
@@ -42,12 +42,14 @@ class PathPace {
     code(self.target_, self.start_, self.start_rate_, self.start_change_, self.acceleration_, self.elapsed_ticks_, self.position_,
          self.rate_, self.rate_change_);
   }
-  /// Whether these are values that a motion can have.
+  /// Whether these are values that a motion can have; NaN is none.
   bool sound() const noexcept {
-    for (const double value : {target_, start_, start_rate_, start_change_, acceleration_, position_, rate_, rate_change_}) {
-      if (!std::isfinite(value)) return false;
-    }
-    return start_ >= 0.0 && position_ >= 0.0 && acceleration_ > 0.0 && elapsed_ticks_ >= 0;
+    constexpr auto kMostTicks = static_cast<double>(Trajectory::kCapacity);
+    const auto within = [](double value, double low, double high) { return value >= low && value <= high; };
+    return within(target_, 0.0, 1.0) && within(start_, 0.0, kMostTicks) && within(start_rate_, 0.0, 1.0) &&
+           within(start_change_, -1e3, 1e3) && within(acceleration_, 1e-3, 1e3) && within(position_, 0.0, kMostTicks) &&
+           within(rate_, 0.0, 1.0) && within(rate_change_, -1e3, 1e3) && elapsed_ticks_ >= 0 &&
+           elapsed_ticks_ < static_cast<int>(Trajectory::kCapacity) * 100;
   }
 
  private:
