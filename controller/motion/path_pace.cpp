@@ -12,8 +12,8 @@ namespace {
 /// Ramps are tried from this fast, each slower than the one before by the factor. The fastest is for strokes that hardly move a joint; the slowest (0.2/s)
 /// is within StopLimits for whatever keeps MotionLimits.
 constexpr double kFastest = 64.0;  // 1/s
-constexpr double kSlower = 0.78;
-constexpr int kTries = 24;
+constexpr double kSlower = 0.88;
+constexpr int kTries = 44;
 /// Samples of a ramp; between them joint speed and acceleration change little.
 constexpr int kSamples = 40;
 /// The limits are kept at the samples; this keeps what lies between them, and the rounding, inside as well.
@@ -35,13 +35,23 @@ void PathPace::change(double target) noexcept {
   start_rate_ = rate_;
   start_change_ = rate_change_;
   elapsed_ticks_ = 0;
-  acceleration_ = kFastest;
-  for (int i = 0; i < kTries && !admissible(acceleration_); ++i) acceleration_ *= kSlower;
-  acceleration_ = std::max(acceleration_, std::abs(start_change_));
+  if (!choose(1.0)) {
+    // A stop while the path speed rises towards 1 goes past it by some of what was missing, unless it is abrupt.
+    choose(kMostRate);
+  }
 }
 
-bool PathPace::admissible(double acceleration) const noexcept {
-  if (acceleration < std::abs(start_change_)) return true;  // no gentler ramp begins as this one has to
+bool PathPace::choose(double most_rate) noexcept {
+  const double gentlest = std::abs(start_change_);  // no gentler ramp begins as this one has to
+  acceleration_ = kFastest;
+  for (int i = 0; i < kTries && acceleration_ > gentlest; ++i, acceleration_ *= kSlower) {
+    if (admissible(acceleration_, most_rate)) return true;
+  }
+  acceleration_ = std::max(acceleration_, gentlest);
+  return false;
+}
+
+bool PathPace::admissible(double acceleration, double most_rate) const noexcept {
   const double jerk = acceleration * limits_.jerk / limits_.acceleration;
   const SpeedRamp ramp{start_rate_, start_change_, target_, acceleration, jerk};
   const double h = to_seconds(trajectory_->tick);
@@ -52,7 +62,7 @@ bool PathPace::admissible(double acceleration) const noexcept {
     path_at(*trajectory_, start_ + ramp.position(t) / h, path);
     const double s = ramp.speed(t);
     const double s1 = ramp.change(t);
-    if (s > 1.0 + 1e-9) return false;  // faster than the trajectory was checked for
+    if (s > most_rate + 1e-9) return false;
     for (std::size_t j = 0; j < static_cast<std::size_t>(trajectory_->joints); ++j) {
       if (std::abs(path.d2[j] * s * s + path.d1[j] * s1) > kShare * limits_.acceleration) return false;
       const double trend = std::abs(path.d3[j] * s * s * s + 3.0 * path.d2[j] * s * s1);
@@ -69,7 +79,7 @@ bool PathPace::step(TrajectoryPoint& out) noexcept {
   ++elapsed_ticks_;
   const double t = elapsed_ticks_ * h;
   position_ = std::min(start_ + std::max(0.0, ramp.position(t) / h), last);
-  rate_ = std::clamp(ramp.speed(t), 0.0, 1.0);
+  rate_ = std::clamp(ramp.speed(t), 0.0, kMostRate);
   rate_change_ = ramp.change(t);
   PathDerivatives path;
   path_at(*trajectory_, position_, path);

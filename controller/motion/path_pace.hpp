@@ -13,7 +13,7 @@ namespace breakshot::motion {
 /// Between two changes it is what the trajectory says, only later: the path is kept, the set-points lie between the trajectory's ticks. Joint acceleration
 /// and jerk keep StopLimits. (PathStop is the shorter way to rest from a trajectory at full speed.)
 ///
-/// Real-time safe: no allocation, no lock, no exception, bounded: start() and change() look at no more than 24 ramps of 41 samples each.
+/// Real-time safe: no allocation, no lock, no exception, bounded: start() and change() look at no more than 88 ramps of 41 samples each.
 class PathPace {
  public:
   explicit PathPace(const StopLimits& limits = {}) noexcept : limits_{limits} {}
@@ -46,14 +46,19 @@ class PathPace {
   bool sound() const noexcept {
     constexpr auto kMostTicks = static_cast<double>(Trajectory::kCapacity);
     const auto within = [](double value, double low, double high) { return value >= low && value <= high; };
-    return within(target_, 0.0, 1.0) && within(start_, 0.0, kMostTicks) && within(start_rate_, 0.0, 1.0) &&
+    return within(target_, 0.0, 1.0) && within(start_, 0.0, kMostTicks) && within(start_rate_, 0.0, kMostRate) &&
            within(start_change_, -1e3, 1e3) && within(acceleration_, 1e-3, 1e3) && within(position_, 0.0, kMostTicks) &&
-           within(rate_, 0.0, 1.0) && within(rate_change_, -1e3, 1e3) && elapsed_ticks_ >= 0 &&
+           within(rate_, 0.0, kMostRate) && within(rate_change_, -1e3, 1e3) && elapsed_ticks_ >= 0 &&
            elapsed_ticks_ < static_cast<int>(Trajectory::kCapacity) * 100;
   }
 
  private:
-  bool admissible(double acceleration) const noexcept;
+  /// Most path speed that a ramp may pass through. The trajectory was checked for 1; a joint at its full speed would be caught by the loop's limiter.
+  static constexpr double kMostRate = 1.05;
+
+  /// Takes the fastest ramp that is admissible. @return false when none is, and the gentlest was taken
+  bool choose(double most_rate) noexcept;
+  bool admissible(double acceleration, double most_rate) const noexcept;
 
   StopLimits limits_;
   const Trajectory* trajectory_ = nullptr;

@@ -75,12 +75,12 @@ class Flight : public ::testing::Test {
   std::vector<std::unique_ptr<motion::Trajectory>> trajectories;
 };
 
-// Three minutes of everything that can go wrong: every stop, refusal and recovery becomes a record, and every record replays bit for bit.
+// A hundred seconds of everything that can go wrong: every stop, refusal and recovery becomes a record, and every record replays bit for bit.
 TEST(FlightStorm, EveryRecordReplaysBitForBit) {
 #if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
   constexpr int kTicks = 60'000;
 #else
-  constexpr int kTicks = 200'000;
+  constexpr int kTicks = 100'000;
 #endif
   const auto tap = std::make_unique<FlightTap>();
   FlightHistory history{test_config(), *tap};
