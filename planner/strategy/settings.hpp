@@ -40,7 +40,7 @@ struct StrokeRules {
   double push_speed = 0.15;                                                  ///< m/s: discs let go at it slide on by 5 mm at most
   double landing_margin = 0.003;                                             ///< between the striker and any disc when it comes down, m
   /// In the virtual world a disc counts as leaving when it comes to rest within this of the region's border: what predictions err by, m.
-  double border_margin_hit = 0.10;
+  double border_margin_hit = 0.11;
   double border_margin_push = 0.010;
   double stroke_time = 1.2;  ///< of a stroke from decision to decision, s; only for the cost that is reported
   int alternatives = 6;      ///< strokes offered per decision, best first

@@ -19,6 +19,7 @@ struct TableTruth {
   double speed_error = 0.02;       ///< of hits, uniform, relative
   double aim_error = 0.0087;       ///< of directions, uniform, rad: 0.5 degrees
   const char* law = "sequential";  ///< with real gaps between the discs, collisions are one after the other
+  double striker_mass = 1.2;       ///< as striker_mass_test.cpp finds it, kg
   double hit_braking = 0.5;
   double hit_lift = 0.12;
 };
@@ -58,7 +59,7 @@ class TableSim {
     run.cruise = hit ? stroke.run_in : stroke.length;
     run.braking = truth_.hit_braking;
     run.lift = truth_.hit_lift;
-    run.mass = 3.0;
+    run.mass = truth_.striker_mass;
     const auto rollout = world_.run(discs_, &run);
     if (!rollout || rollout->status != world::Rollout::Status::kAtRest) return false;
     for (std::size_t i = 0; i < discs_.size(); ++i) discs_[i].p_WD = rollout->p_WD[i];

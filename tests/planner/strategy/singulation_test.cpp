@@ -71,7 +71,7 @@ class Formations : public testing::TestWithParam<const char*> {};
 TEST_P(Formations, ArePartedByThePapersStrategy) {
   const Tally tally = play("paper", GetParam(), 50, 1);
   RecordProperty("strokes_mean", std::to_string(static_cast<double>(tally.strokes) / tally.episodes));
-  EXPECT_GE(tally.singulated, 48);  // measured over 200 episodes each: 0.99 to 1.00
+  EXPECT_GE(tally.singulated, 48);  // measured over 200 episodes each: 0.995 to 1.00
   EXPECT_EQ(tally.singulated + tally.lost + tally.gave_up, tally.episodes) << "some episodes went round in circles";
 }
 
