@@ -62,7 +62,7 @@ table, shows a line per stroke and a table at the end, and takes the cell down. 
   --formation NAME     what lies on the table: A to F, fig11 (default: a rack with a cue disc), fig12, fig13, or random
   --n 8 --seed 3       a random touching cluster of so many discs; the seed says which (they imply --formation random)
   --radius-min, --radius-max M   radii of its discs, in metres
-  --strategy NAME      paper (hits, then pushes, by the paper's rule), random_hybrid, random_push
+  --strategy NAME      paper (hits, then pushes, by the paper's rule), robust (over many worlds), random_hybrid, random_push
   --out FOLDER         where before.png, after.png, decision-NN.png and run.json go; default: run/demo/<time>
   --config FILE        the cell's configuration; default: config/cell.yaml
   --set KEY=VALUE      overrides one value of it, e.g. --set planner.strategy=paper (repeatable)
