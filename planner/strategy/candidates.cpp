@@ -1,6 +1,7 @@
 #include "planner/strategy/candidates.hpp"
 
 #include "planner/strategy/stroke_room.hpp"
+#include "planner/strategy/strokes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -49,30 +50,21 @@ class Finder {
           const Vector2 p_WS = central_contact(model_.discs[disc], turned(direction, offset), cell_.striker_radius);
           for (int step = 0; step < kHitSpeeds; ++step) {
             const double speed = rules_.hit_speed_min + (fastest - rules_.hit_speed_min) * step / (kHitSpeeds - 1);
-            if (!run_in_is_free(p_WS, direction, speed, disc)) break;  // faster ones come down further away
-            add_hit(disc, p_WS, direction, speed);
+            const StrokeRequest hit = hit_stroke(p_WS, direction, speed, rules_);
+            if (!run_in_is_free(hit, disc)) break;  // faster ones come down further away
+            char what[64];
+            std::snprintf(what, sizeof what, "hit disc %zu at %.2f m/s", disc + 1, speed);
+            found_.push_back({hit, what});
           }
         }
       }
     }
   }
 
-  bool run_in_is_free(const Vector2& p_WS, const Vector2& direction, double speed, std::size_t disc) const {
-    const Vector2 begin = p_WS - std::max(rules_.hit_run_in, cell_.hit_fall * speed) * direction;
-    return way_is_inside(cell_.striker_area, begin, p_WS) &&
-           way_is_free(model_.discs, begin, p_WS, cell_.striker_radius, rules_.landing_margin, disc);
-  }
-
-  void add_hit(std::size_t disc, const Vector2& p_WS, const Vector2& direction, double speed) {
-    StrokeRequest stroke;
-    stroke.kind = StrokeKind::kHit;
-    stroke.p_WS = p_WS;
-    stroke.direction_W = direction;
-    stroke.run_in = rules_.hit_run_in;
-    stroke.speed = speed;
-    char what[64];
-    std::snprintf(what, sizeof what, "hit disc %zu at %.2f m/s", disc + 1, speed);
-    found_.push_back({stroke, what});
+  bool run_in_is_free(const StrokeRequest& hit, std::size_t disc) const {
+    const Vector2 begin = low_from(hit, cell_);
+    return way_is_inside(cell_.striker_area, begin, hit.p_WS) &&
+           way_is_free(model_.discs, begin, hit.p_WS, cell_.striker_radius, rules_.landing_margin, disc);
   }
 
   void add_pushes_through_pairs() {
@@ -107,13 +99,7 @@ class Finder {
 
   void add_push(const Vector2& start, const Vector2& direction, double length, std::string what) {
     if (!way_is_inside(cell_.striker_area, start, start + length * direction)) return;
-    StrokeRequest stroke;
-    stroke.kind = StrokeKind::kPush;
-    stroke.p_WS = start;
-    stroke.direction_W = direction;
-    stroke.speed = rules_.push_speed;
-    stroke.length = length;
-    found_.push_back({stroke, std::move(what)});
+    found_.push_back({push_stroke(start, direction, length, rules_), std::move(what)});
   }
 
   const TableModel& model_;

@@ -1,6 +1,7 @@
 #include "planner/strategy/hybrid_strategy.hpp"
 
 #include "planner/strategy/stroke_room.hpp"
+#include "planner/strategy/strokes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -79,7 +80,7 @@ bool HybridStrategy::hit_has_room(const TableModel& model, const HitAim& aim, do
   const auto& rules = settings_.rules;
   const auto& cell = settings_.cell;
   // Straight at full depth on the run-in, and on its way down between the discs before that.
-  const Vector2 begin = aim.p_WS - std::max(rules.hit_run_in, cell.hit_fall * speed) * aim.direction_W;
+  const Vector2 begin = low_from(hit_stroke(aim.p_WS, aim.direction_W, speed, rules), cell);
   if (!way_is_inside(cell.striker_area, begin, aim.p_WS)) {
     why_not = "the run-in leaves the striker's area";
     return false;
@@ -89,16 +90,6 @@ bool HybridStrategy::hit_has_room(const TableModel& model, const HitAim& aim, do
     return false;
   }
   return true;
-}
-
-StrokeRequest HybridStrategy::hit_request(const HitAim& aim, double speed) const {
-  StrokeRequest stroke;
-  stroke.kind = StrokeKind::kHit;
-  stroke.p_WS = aim.p_WS;
-  stroke.direction_W = aim.direction_W;
-  stroke.run_in = settings_.rules.hit_run_in;
-  stroke.speed = speed;
-  return stroke;
 }
 
 std::vector<HybridStrategy::SpeedTrial> HybridStrategy::try_speeds(const TableModel& model, const HitAim& aim,
@@ -111,7 +102,7 @@ std::vector<HybridStrategy::SpeedTrial> HybridStrategy::try_speeds(const TableMo
   why_ended = "the arm is too slow there";
   for (double speed = rules.hit_speed_min; speed <= fastest + 1e-9; speed += rules.hit_speed_step) {
     if (!hit_has_room(model, aim, speed, why_ended)) break;
-    auto trial = trial_.run(model, hit_request(aim, speed), context, why_ended);
+    auto trial = trial_.run(model, hit_stroke(aim.p_WS, aim.direction_W, speed, rules), context, why_ended);
     if (!trial) break;
     if (trial->border < rules.border_margin_hit) {
       why_ended = "faster, a disc would leave";
@@ -132,7 +123,7 @@ std::optional<StrokeOption> HybridStrategy::hit_option(const TableModel& model, 
   if (std::erase_if(trials, useless) > 0 && trials.empty()) why_not = "no fewer pairs below the gap at any speed in the virtual world";
   const auto refusal_at = [&](const SpeedTrial& one) -> std::optional<StrokeRefusal> {
     if (!leads || context.filter == nullptr) return std::nullopt;
-    return context.filter->refusal(hit_request(aim, one.speed));
+    return context.filter->refusal(hit_stroke(aim.p_WS, aim.direction_W, one.speed, settings_.rules));
   };
   while (!trials.empty()) {
     // The slowest of those that leave the fewest pairs: speed beyond that only carries discs further.
@@ -140,7 +131,7 @@ std::optional<StrokeOption> HybridStrategy::hit_option(const TableModel& model, 
         trials.begin(), trials.end(), [](const SpeedTrial& a, const SpeedTrial& b) { return a.result.pairs_below < b.result.pairs_below; });
     const auto refusal = refusal_at(*best);
     if (!refusal) {
-      StrokeOption option = option_of(hit_request(aim, best->speed), best->result, context);
+      StrokeOption option = option_of(hit_stroke(aim.p_WS, aim.direction_W, best->speed, settings_.rules), best->result, context);
       option.why = "hit " + aim.what + " at " + metres_per_second(best->speed) + ": ";
       option.why += best->result.pairs_below == 0
                         ? "gap " + millimetres(best->result.smallest_gap) + " in the virtual world"
@@ -182,12 +173,7 @@ void HybridStrategy::add_pushes(const TableModel& model, const DecisionContext& 
   const std::vector<PushAim> aims = push_aims(model, context);
   for (const PushAim& aim : aims) {
     std::string why_not;
-    StrokeRequest stroke;
-    stroke.kind = StrokeKind::kPush;
-    stroke.p_WS = aim.p_WS;
-    stroke.direction_W = aim.direction_W;
-    stroke.speed = rules.push_speed;
-    stroke.length = aim.length;
+    const StrokeRequest stroke = push_stroke(aim.p_WS, aim.direction_W, aim.length, rules);
     if (!way_is_inside(settings_.cell.striker_area, aim.p_WS, aim.p_WS + aim.length * aim.direction_W)) {
       note(obstacle, "push " + aim.what, "the line leaves the striker's area");
       continue;

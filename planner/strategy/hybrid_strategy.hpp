@@ -63,7 +63,6 @@ class HybridStrategy : public Strategy {
                                          std::string& why_not);
   void add_hits(const TableModel& model, const DecisionContext& context, Decision& decision);
   void add_pushes(const TableModel& model, const DecisionContext& context, Decision& decision);
-  StrokeRequest hit_request(const HitAim& aim, double speed) const;
   StrokeOption option_of(const StrokeRequest& stroke, const TrialResult& trial, const DecisionContext& context) const;
 
   StrategySettings settings_;

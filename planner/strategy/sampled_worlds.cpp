@@ -1,5 +1,7 @@
 #include "planner/strategy/sampled_worlds.hpp"
 
+#include "planner/strategy/strokes.hpp"
+
 #include "common/random.hpp"
 #include "planner/world/formation.hpp"
 
@@ -48,18 +50,12 @@ SampledWorlds::Draw SampledWorlds::draw(std::size_t world) const {
 Aftermath SampledWorlds::run(const StrokeRequest& stroke, const StrokeForecast& forecast, std::size_t world) {
   while (draws_.size() <= world) draws_.push_back(draw(draws_.size()));
   Draw& draw = draws_[world];
-  const auto& cell = settings_.cell;
 
   const bool hit = stroke.kind == StrokeKind::kHit;
-  world::StrikerRun run;
-  run.direction = draw.aim * stroke.direction_W;
-  run.cruise = hit ? stroke.run_in : stroke.length;
-  run.p_WS = stroke.p_WS - (hit ? stroke.run_in : 0.0) * run.direction;
-  run.speed = stroke.speed * (hit ? draw.speed_factor : 1.0);
-  run.radius = cell.striker_radius;
-  run.mass = cell.striker_mass;
-  run.braking = cell.hit_braking;
-  run.lift = cell.hit_lift;
+  StrokeRequest played = stroke;
+  played.direction_W = draw.aim * stroke.direction_W;
+  if (hit) played.speed *= draw.speed_factor;
+  world::StrikerRun run = striker_run(played, settings_.cell);
   if (hit && forecast.low_time > 0.0) {
     // The deceleration that takes the striker as far as the arm says in the time that it says.
     run.lift = forecast.low_time;

@@ -1,5 +1,7 @@
 #include "planner/strategy/trial.hpp"
 
+#include "planner/strategy/strokes.hpp"
+
 #include <algorithm>
 #include <limits>
 
@@ -7,24 +9,10 @@ namespace breakshot::strategy {
 
 Trial::Trial(const CellKnowledge& cell) : cell_{cell}, world_{cell.world, world::make_impact_law(cell.impact_law)} {}
 
-world::StrikerRun Trial::striker_run(const StrokeRequest& stroke) const {
-  world::StrikerRun run;
-  const bool hit = stroke.kind == StrokeKind::kHit;
-  run.cruise = hit ? stroke.run_in : stroke.length;
-  run.p_WS = stroke.p_WS - (hit ? stroke.run_in : 0.0) * stroke.direction_W;
-  run.direction = stroke.direction_W;
-  run.speed = stroke.speed;
-  run.braking = cell_.hit_braking;
-  run.lift = cell_.hit_lift;
-  run.radius = cell_.striker_radius;
-  run.mass = cell_.striker_mass;
-  return run;
-}
-
 std::optional<TrialResult> Trial::run(const TableModel& model, const StrokeRequest& stroke, const DecisionContext& context,
                                       std::string& why_not) {
   TrialResult result;
-  const world::StrikerRun run = striker_run(stroke);
+  const world::StrikerRun run = striker_run(stroke, cell_);
   if (stroke.kind == StrokeKind::kHit) {
     const auto rollout = world_.run(model.discs, &run);
     if (!rollout) {

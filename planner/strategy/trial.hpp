@@ -26,8 +26,6 @@ class Trial {
                                  std::string& why_not);
 
  private:
-  world::StrikerRun striker_run(const StrokeRequest& stroke) const;
-
   CellKnowledge cell_;
   world::VirtualWorld world_;
   world::QuasiStaticPush push_;
