@@ -11,6 +11,7 @@
 namespace breakshot::launcher {
 
 /// A command that runs on the launcher's own terminal, stdin and process group: Ctrl-C reaches it as it reaches the launcher.
+/// It does not outlive the thread that started it.
 class ForegroundCommand {
  public:
   /// @param words  the program, looked up in PATH, and its arguments

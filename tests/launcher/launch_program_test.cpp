@@ -5,12 +5,14 @@
 #include <sys/wait.h>
 
 #include <array>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace {
@@ -157,6 +159,26 @@ TEST_F(LaunchProgram, AKilledLauncherDoesNotKeepTheNextOneFromStarting) {
     next = launch("up" + start_options());
   } while (next.status == 73);
   EXPECT_EQ(next.status, 0) << next.output;
+}
+
+TEST_F(LaunchProgram, AKilledLauncherTakesItsCommandWithIt) {
+  const fs::path pid_file = folder_ / "pid";
+  // It lets go of the pipe that launch() reads to its end, so that an outliving command is seen and not waited for.
+  const std::string command = "-- sh -c 'echo $$ > " + pid_file.string() + "; exec > /dev/null 2>&1; kill -KILL $PPID; exec sleep 1000'";
+  launch("run --quiet" + start_options() + command);
+  pid_t pid = 0;
+  ASSERT_TRUE(std::ifstream{pid_file} >> pid);
+  const auto runs = [pid] {
+    std::ifstream stat{"/proc/" + std::to_string(pid) + "/stat"};
+    std::string number;
+    std::string name;
+    std::string state;
+    return stat >> number >> name >> state && state != "Z" && state != "X";
+  };
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds{10};
+  while (runs() && std::chrono::steady_clock::now() < give_up) std::this_thread::yield();
+  EXPECT_FALSE(runs()) << "the command outlived its launcher";
+  if (runs()) ::kill(pid, SIGKILL);
 }
 
 TEST_F(LaunchProgram, AStopSignalTakesTheCellDown) {
