@@ -44,6 +44,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   order->add_flag("--detach", options.detach, "Return as soon as the order is accepted");
   auto* stop = app.add_subcommand("stop", "Stop whatever order runs; the arm parks");
+  auto* recover = app.add_subcommand("recover", "End the stop that the controller is in, if nothing stands in the way; nothing moves");
   auto* status = app.add_subcommand("status", "Show what every process says of itself");
   bool json = false;
   status->add_flag("--json", json, "One JSON object instead of a table");
@@ -56,6 +57,7 @@ int main(int argc, char** argv) {
     client::OrderClient client{cell.dds.mes, gateway.orders.robot_id, gateway.interfaces};
     if (*status) return client::run_status(cell.dds.cell, client, std::chrono::milliseconds{1500}, json);
     if (*stop) return client::run_cancel(client);
+    if (*recover) return client::run_recover(client);
     options.spec.min_gap = gap_mm * 1e-3;
     // Not clamped here: an absurd number is for the cell to refuse, in its own words.
     options.spec.timeout_ms = static_cast<std::uint32_t>(std::clamp(timeout_s * 1e3, 0.0, 4e9));

@@ -15,6 +15,8 @@ using std::chrono::seconds;
 using std::chrono::steady_clock;
 
 constexpr Duration kAckPatience = seconds{5};
+// The controller waits for the arm to rest, the gateway for the controller: both give up before this.
+constexpr Duration kRecoverPatience = seconds{15};
 constexpr Duration kPoll = milliseconds{200};
 constexpr Duration kRetryEvery = seconds{1};
 // A cell that accepted an order tells of it at every change, and a stroke with its settling takes seconds; silence beyond this means that it is gone.
@@ -84,6 +86,17 @@ int run_order(OrderClient& client, const OrderOptions& options, const std::atomi
                     job->text.empty() ? "" : "  " + job->text));
     if (is_final(job->phase)) return job->phase == mes::JobPhase::kEnded ? kExitEnded : kExitAborted;
   }
+}
+
+int run_recover(OrderClient& client) {
+  const auto ack = client.send(client.command(mes::Verb::kClear, {}), kRecoverPatience);
+  if (!ack) {
+    say("no answer from the cell: is it up (./breakshot status)?");
+    return kExitNoAnswer;
+  }
+  const bool done = ack->verdict != mes::Verdict::kRejected;
+  say(fmt::format("{}: {}", done ? "recovered" : "not recovered", ack->text));
+  return done ? kExitEnded : kExitRejected;
 }
 
 int run_cancel(OrderClient& client) {

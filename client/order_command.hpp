@@ -10,7 +10,7 @@
 
 namespace breakshot::client {
 
-/// Exit statuses of `breakshot order` and `breakshot cancel`.
+/// Exit statuses of `breakshot order`, `breakshot stop` and `breakshot recover`.
 inline constexpr int kExitEnded = 0;
 inline constexpr int kExitAborted = 1;
 inline constexpr int kExitRejected = 2;
@@ -28,6 +28,9 @@ struct OrderOptions {
 /// When `interrupted` becomes true the order is cancelled and followed to its end: an operator who presses Ctrl-C wants the arm to stop.
 /// @return one of the exit statuses above
 int run_order(OrderClient& client, const OrderOptions& options, const std::atomic<bool>& interrupted);
+
+/// Asks a stopped cell to recover, and says what that ended or what still stands in the way. @return kExitEnded when nothing is stopped any more
+int run_recover(OrderClient& client);
 
 /// Stops whatever runs. @return kExitEnded when the cell acknowledged
 int run_cancel(OrderClient& client);

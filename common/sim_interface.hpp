@@ -35,8 +35,8 @@ struct SimControl {
   Verb verb = Verb::kReset;
   std::uint8_t fault = 0;
   double fault_value = 0.0;
-  std::string formation;  ///< a formation spec ("fig11", "random:n=6,seed=3"); at most 255 characters
-  std::vector<SimDisc> discs;
+  std::string formation;       ///< a formation spec ("fig11", "random:n=6,seed=3"); at most 255 characters
+  std::vector<SimDisc> discs;  ///< of kReset; with the fault that is a block: one, of which place, radius and height count
 };
 
 /// Travels on `sim/truth` at 100 Hz.

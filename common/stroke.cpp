@@ -7,6 +7,7 @@ const char* to_string(StrokeKind kind) noexcept {
     case StrokeKind::kHit: return "hit";
     case StrokeKind::kPush: return "push";
     case StrokeKind::kPark: return "park";
+    case StrokeKind::kRecover: return "recover";
   }
   return "invalid";
 }
@@ -37,6 +38,7 @@ const char* to_string(RefusalReason reason) noexcept {
     case RefusalReason::kBusy: return "busy";
     case RefusalReason::kNotReady: return "not ready";
     case RefusalReason::kTooLong: return "too long";
+    case RefusalReason::kStopped: return "stopped";
   }
   return "invalid";
 }

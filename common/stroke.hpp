@@ -12,6 +12,8 @@ enum class StrokeKind : std::uint8_t {
   kHit = 0,   ///< the striker meets a disc at speed, brakes and lifts away at once
   kPush = 1,  ///< the striker runs slowly along a straight line
   kPark = 2,  ///< no stroke: lift, and go where the arm does not hide the table from the camera
+  /// Nothing moves: ends a stop of the controller, if it may be. Somebody's decision to go on; kDone, or kRefused with what stands in the way.
+  kRecover = 3,
 };
 
 /// What the planner asks of the controller. Travels on `cell/stroke`.
@@ -52,8 +54,9 @@ enum class RefusalReason : std::uint8_t {
   kOutOfBounds = 4,  ///< the striker would leave the area it may work in, or touch the table
   kJointLimit = 5,   ///< a joint would leave its range, speed, acceleration or jerk on the way
   kBusy = 6,         ///< another stroke runs
-  kNotReady = 7,     ///< no fresh joint state, or the controller is stopped
+  kNotReady = 7,     ///< no fresh joint state, or the arm is not at rest; with kRecover: what stands in the way is in the text
   kTooLong = 8,      ///< the trajectory does not fit the controller's fixed-size buffer
+  kStopped = 9,      ///< the controller is stopped, and nothing but StrokeKind::kRecover ends that
 };
 
 /// What the controller says of a stroke. Travels on `cell/stroke_status` on every change and at 50 Hz.

@@ -13,6 +13,8 @@ const char* to_string(TaskPhase phase) noexcept {
     case TaskPhase::kSingulated: return "singulated";
     case TaskPhase::kFailed: return "failed";
     case TaskPhase::kCancelled: return "cancelled";
+    case TaskPhase::kRecovering: return "recovering";
+    case TaskPhase::kRecovered: return "recovered";
   }
   return "invalid";
 }

@@ -16,7 +16,13 @@ using OrderId = std::array<std::uint8_t, 16>;
 
 /// What the gateway asks of the planner. Travels on `cell/task`.
 struct TaskRequest {
-  enum class Verb : std::uint8_t { kStart = 0, kCancel = 1, kPause = 2, kResume = 3 };
+  enum class Verb : std::uint8_t {
+    kStart = 0,
+    kCancel = 1,
+    kPause = 2,
+    kResume = 3,
+    kRecover = 4,  ///< no task: ask the controller to end its stop; refused while a task runs
+  };
   Verb verb = Verb::kStart;
   std::uint64_t seq = 0;  ///< of the gateway's requests; the planner acknowledges it in TaskStatus::request_seq
   OrderId order_id{};
@@ -40,10 +46,12 @@ enum class TaskPhase : std::uint8_t {
   kSingulated = 6,  ///< final: success
   kFailed = 7,      ///< final: gave up; see TaskFailure
   kCancelled = 8,   ///< final: as asked, the arm parked
+  kRecovering = 9,  ///< the controller was asked to end its stop
+  kRecovered = 10,  ///< final: it did; kFailed when it did not
 };
 
 constexpr bool is_final(TaskPhase phase) noexcept {
-  return phase == TaskPhase::kSingulated || phase == TaskPhase::kFailed || phase == TaskPhase::kCancelled;
+  return phase == TaskPhase::kSingulated || phase == TaskPhase::kFailed || phase == TaskPhase::kCancelled || phase == TaskPhase::kRecovered;
 }
 
 /// Why a task was given up.
@@ -55,7 +63,7 @@ enum class TaskFailure : std::uint8_t {
   kNoScene = 4,           ///< no usable camera image for too long
   kWrongDiscCount = 5,    ///< not the number that the order expected
   kNoFeasibleStroke = 6,  ///< every stroke that the strategy offered was refused
-  kControllerFault = 7,   ///< the controller is not there, or stays stopped
+  kControllerFault = 7,   ///< the controller is not there, is stopped, or stopped a stroke
   kBadRequest = 8,
 };
 

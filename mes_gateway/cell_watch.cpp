@@ -18,6 +18,12 @@ std::string CellWatch::what_is_missing(Time now) const {
   return {};
 }
 
+std::string CellWatch::what_stopped(const std::string& process, Time now) const {
+  const auto known = heard_.find(process);
+  if (known == heard_.end() || now - known->second.when > silent_after_ || known->second.health.state != HealthState::kStopped) return {};
+  return known->second.health.text;
+}
+
 const Health* CellWatch::of(const std::string& process) const {
   const auto known = heard_.find(process);
   return known == heard_.end() ? nullptr : &known->second.health;

@@ -19,6 +19,8 @@ class CellWatch {
 
   /// Empty when all is well, else the first process that is not and why.
   std::string what_is_missing(Time now) const;
+  /// Why a process says that it is stopped; empty when it does not say so, or is silent.
+  std::string what_stopped(const std::string& process, Time now) const;
   /// Last word of a process; null before the first.
   const Health* of(const std::string& process) const;
 

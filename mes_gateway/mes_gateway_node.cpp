@@ -74,7 +74,9 @@ class Gateway {
       const Now now = clock();
       const std::string missing = watch_.what_is_missing(now.cell);
       desk_.on_cell_ready(missing.empty(), missing);
+      desk_.on_stop(watch_.what_stopped("controller", now.cell));
       desk_.tick(now);
+      if (auto answer = desk_.take_answer()) acknowledge(std::move(*answer));
       if (const auto request = desk_.take_request(now)) tasks_.write(*request);
       publish_job();
       publish_status(now);
@@ -96,12 +98,15 @@ class Gateway {
 
   void handle(const Command& command) {
     mes_heard_ = process::monotonic_now();
-    auto ack = desk_.on_command(command, clock());
-    if (!ack) return;
-    ack->header = header();
-    spdlog::info("code=command verb={} order={} rev={} verdict={} reason={} text=\"{}\"", to_string(command.verb),
-                 to_text(command.order_id), command.order_rev, to_string(ack->verdict), to_string(ack->reason), ack->text);
-    acks_.write(*ack);
+    spdlog::info("code=command verb={} command={} order={} rev={}", to_string(command.verb), to_text(command.command_id),
+                 to_text(command.order_id), command.order_rev);
+    if (auto ack = desk_.on_command(command, clock())) acknowledge(std::move(*ack));
+  }
+  void acknowledge(Ack ack) {
+    ack.header = header();
+    spdlog::info("code=ack command={} verdict={} reason={} text=\"{}\"", to_text(ack.command_id), to_string(ack.verdict),
+                 to_string(ack.reason), ack.text);
+    acks_.write(ack);
   }
   void handle(const TaskStatus& status) { desk_.on_task_status(status, clock()); }
   void handle(const Health& health) { watch_.on_health(health, process::monotonic_now()); }

@@ -14,6 +14,9 @@ constexpr Duration kResendEvery = std::chrono::milliseconds{250};
 constexpr Duration kPlannerSilent = std::chrono::seconds{5};
 // Ids remembered for idempotency. At one command a second this is more than an hour, far beyond any resend.
 constexpr std::size_t kRemembered = 4096;
+// The planner tells of a stopped stroke with its figures before this; an order that stands between two strokes is ended here.
+constexpr Duration kStopGrace = std::chrono::milliseconds{500};
+constexpr std::size_t kAckText = 128;  // Ack::text
 
 /// Stop-class verbs are obeyed in every state and at any age, and never refused for how they were sent.
 bool stops(Verb verb) noexcept { return verb == Verb::kPause || verb == Verb::kStop || verb == Verb::kAbort || verb == Verb::kCancel; }
@@ -66,6 +69,7 @@ bool OrderDesk::active() const noexcept {
 
 std::optional<Ack> OrderDesk::on_command(const Command& command, const Now& now) {
   if (command.header.robot_id != limits_.robot_id) return std::nullopt;
+  if (clearing_ && command.command_id == clearing_->command.command_id) return std::nullopt;  // its answer is on its way
   if (const auto known = answered_.find(command.command_id); known != answered_.end()) {
     if (!same_content(known->second.command, command)) {
       return reply(command, Verdict::kRejected, Reason::kSameRevDiffers,
@@ -76,13 +80,13 @@ std::optional<Ack> OrderDesk::on_command(const Command& command, const Now& now)
     again.state = state_;
     return again;
   }
-  const Ack ack = judge(command, now);
-  remember(command, ack);
+  auto ack = judge(command, now);
+  if (ack) remember(command, *ack);
   return ack;
 }
 
-Ack OrderDesk::judge(const Command& command, const Now& now) {
-  const auto reject = [&](Reason reason, std::string text) { return reply(command, Verdict::kRejected, reason, std::move(text)); };
+std::optional<Ack> OrderDesk::judge(const Command& command, const Now& now) {
+  const auto reject = [&](Reason reason, const std::string& text) { return reply(command, Verdict::kRejected, reason, text); };
   if (command.header.major != kMajor) {
     return reject(Reason::kVersion,
                   fmt::format("protocol version {}.{}; this cell speaks {}.x", command.header.major, command.header.minor, kMajor));
@@ -109,19 +113,21 @@ Ack OrderDesk::judge(const Command& command, const Now& now) {
     case Verb::kAbort: return stop(command, now);
     case Verb::kPause:
     case Verb::kResume: return pause_or_resume(command, now);
+    case Verb::kClear: return clear(command, now);
+    case Verb::kReset: return reset(command);
     case Verb::kQuery:
       if (!job_ || job_->order_id != command.order_id) return reject(Reason::kUnknownOrder, "no such order");
       return reply(command, Verdict::kAccepted, Reason::kNone, fmt::format("the order is {}", to_string(job_->phase)));
     default:
-      return reject(
-          Reason::kUnsupportedParam,
-          fmt::format("{} is not served; served are STORE_AND_START, CANCEL, STOP, ABORT, PAUSE, RESUME, QUERY", to_string(command.verb)));
+      return reject(Reason::kUnsupportedParam,
+                    fmt::format("{} is not served; served are STORE_AND_START, CANCEL, STOP, ABORT, PAUSE, RESUME, CLEAR, RESET, QUERY",
+                                to_string(command.verb)));
   }
 }
 
 std::optional<Ack> OrderDesk::check_spec(const Command& command) const {
   const JobSpec& spec = command.spec;
-  const auto reject = [&](Reason reason, std::string text) { return reply(command, Verdict::kRejected, reason, std::move(text)); };
+  const auto reject = [&](Reason reason, const std::string& text) { return reply(command, Verdict::kRejected, reason, text); };
   for (const double number :
        {spec.min_gap, spec.speed_scale, spec.region.min.x(), spec.region.min.y(), spec.region.max.x(), spec.region.max.y()}) {
     if (!std::isfinite(number)) return reject(Reason::kMalformed, "a number of the order is NaN or infinite");
@@ -161,6 +167,8 @@ Ack OrderDesk::start(const Command& command, const Now& now) {
     return reply(command, Verdict::kRejected, Reason::kOrderClosed,
                  "this order and revision has ended; send a new order_id or a higher order_rev");
   }
+  if (clearing_) return reply(command, Verdict::kRejected, Reason::kBadState, "a recovery (CLEAR) is under way");
+  if (!stop_why_.empty()) return reply(command, Verdict::kRejected, Reason::kSafetyStop, stopped_text());
   if (!cell_ready_) return reply(command, Verdict::kRejected, Reason::kNotReady, not_ready_why_);
 
   const JobSpec& spec = command.spec;
@@ -212,9 +220,81 @@ Ack OrderDesk::pause_or_resume(const Command& command, const Now& now) {
   return reply(command, Verdict::kAccepted, Reason::kNone, "");
 }
 
+std::string OrderDesk::stopped_text() const { return "stopped; first ./breakshot recover (CLEAR). Cause: " + stop_why_; }
+
+// The recovery itself. Its outcome is the controller's to tell, so the ack waits for it.
+std::optional<Ack> OrderDesk::clear(const Command& command, const Now& now) {
+  if (active()) return reply(command, Verdict::kRejected, Reason::kBadState, "an order runs; STOP or CANCEL ends it first");
+  if (clearing_) return reply(command, Verdict::kRejected, Reason::kBadState, "another recovery (CLEAR) is under way");
+  clearing_ = Clearing{command, state_, now.cell, 0, std::nullopt};
+  state_ = PackState::kClearing;
+  status_heard_ = now.cell;
+  tick_clearing(now);
+  return std::nullopt;
+}
+
+Ack OrderDesk::reset(const Command& command) {
+  if (active() || clearing_) return reply(command, Verdict::kRejected, Reason::kBadState, fmt::format("the cell is {}", to_string(state_)));
+  if (!stop_why_.empty()) return reply(command, Verdict::kRejected, Reason::kSafetyStop, stopped_text());
+  if (state_ == PackState::kAborted) return reply(command, Verdict::kRejected, Reason::kBadState, "the cell is ABORTED: CLEAR first");
+  state_ = PackState::kIdle;
+  return reply(command, Verdict::kAccepted, Reason::kNone, "");
+}
+
+void OrderDesk::on_recovery_status(const TaskStatus& status) {
+  if (!clearing_ || clearing_->request == 0 || status.request_seq != clearing_->request) return;
+  switch (status.phase) {
+    case TaskPhase::kRecovering: return;
+    case TaskPhase::kRecovered: clearing_->ended = status.text; return;
+    case TaskPhase::kFailed: return end_clearing(Verdict::kRejected, Reason::kSafetyStop, status.text);
+    default: return end_clearing(Verdict::kRejected, Reason::kBadState, "the planner has not ended its last order yet; try again");
+  }
+}
+
+void OrderDesk::end_clearing(Verdict verdict, Reason reason, const std::string& text) {
+  const Clearing clearing = *std::exchange(clearing_, std::nullopt);
+  const bool done = verdict == Verdict::kAccepted;
+  state_ = done && clearing.before == PackState::kAborted ? PackState::kStopped : clearing.before;
+  answer_ = reply(clearing.command, verdict, reason, text);
+  remember(clearing.command, *answer_);
+}
+
+void OrderDesk::tick_clearing(const Now& now) {
+  if (!clearing_) return;
+  if (clearing_->request == 0 && !request_pending_) {
+    request(TaskRequest::Verb::kRecover, now);
+    clearing_->request = task_.seq;
+  }
+  // An order that follows the ack at once is to be taken: the ack waits for the controller's health to agree.
+  if (clearing_->ended && stop_why_.empty()) return end_clearing(Verdict::kAccepted, Reason::kNone, *clearing_->ended);
+  if (clearing_->ended && now.cell - clearing_->since > kPlannerSilent) {
+    return end_clearing(Verdict::kRejected, Reason::kSafetyStop, "stopped again: " + stop_why_);
+  }
+  if (now.cell - status_heard_ > kPlannerSilent || now.cell - clearing_->since > 2 * kPlannerSilent) {
+    request_pending_ = false;
+    end_clearing(Verdict::kRejected, Reason::kNotReady,
+                 fmt::format("the planner has not answered for {:.0f} s", to_seconds(kPlannerSilent)));
+  }
+}
+
+void OrderDesk::tick_stop(const Now& now) {
+  if (stop_why_.empty() || clearing_) {
+    stopped_since_.reset();
+  } else if (!active()) {
+    state_ = PackState::kAborted;
+  } else if (!stopped_since_) {
+    stopped_since_ = now.cell;
+  } else if (now.cell - *stopped_since_ > kStopGrace) {
+    // Otherwise its next stroke would run as soon as somebody recovers the controller.
+    request(TaskRequest::Verb::kCancel, now);
+    change(JobPhase::kAborted, PackState::kAborted, now, Reason::kSafetyStop, "stopped: " + stop_why_);
+  }
+}
+
 void OrderDesk::on_task_status(const TaskStatus& status, const Now& now) {
   status_heard_ = now.cell;
   if (status.request_seq == task_.seq) request_pending_ = false;
+  on_recovery_status(status);
   if (!active() || request_pending_) return;
   if (status.order_id != job_->order_id || status.order_rev != job_->order_rev) {
     change(JobPhase::kAborted, PackState::kAborted, now, Reason::kInternal,
@@ -234,7 +314,7 @@ void OrderDesk::on_task_status(const TaskStatus& status, const Now& now) {
   switch (status.phase) {
     case TaskPhase::kSingulated: state = PackState::kComplete; break;
     case TaskPhase::kCancelled: state = state_ == PackState::kAborting ? PackState::kAborted : PackState::kStopped; break;
-    case TaskPhase::kFailed: state = PackState::kStopped; break;
+    case TaskPhase::kFailed: state = status.failure == TaskFailure::kControllerFault ? PackState::kAborted : PackState::kStopped; break;
     case TaskPhase::kPaused: state = PackState::kHeld; break;
     default:
       if (state_ == PackState::kStarting || state_ == PackState::kUnholding || state_ == PackState::kHeld) state = PackState::kExecute;
@@ -250,6 +330,8 @@ void OrderDesk::on_task_status(const TaskStatus& status, const Now& now) {
 }
 
 void OrderDesk::tick(const Now& now) {
+  tick_clearing(now);
+  tick_stop(now);
   if (!active()) return;
   if (now.cell - status_heard_ > kPlannerSilent || (request_pending_ && now.cell - request_since_ > kPlannerSilent)) {
     request_pending_ = false;
@@ -264,7 +346,7 @@ std::optional<TaskRequest> OrderDesk::take_request(const Now& now) {
   return task_;
 }
 
-Ack OrderDesk::reply(const Command& command, Verdict verdict, Reason reason, std::string text) const {
+Ack OrderDesk::reply(const Command& command, Verdict verdict, Reason reason, const std::string& text) const {
   Ack ack;
   ack.header.robot_id = limits_.robot_id;
   ack.command_id = command.command_id;
@@ -273,7 +355,7 @@ Ack OrderDesk::reply(const Command& command, Verdict verdict, Reason reason, std
   ack.verdict = verdict;
   ack.reason = reason;
   ack.state = state_;
-  ack.text = std::move(text);
+  ack.text = text.substr(0, kAckText);
   return ack;
 }
 

@@ -89,7 +89,6 @@ task::TaskSettings load_task(const ConfigNode& node) {
   task.settle_speed = node.number("settle_speed", {1e-4, 1.0}, "m/s");
   task.settled_scenes = static_cast<int>(node.integer("settled_scenes", 1, 100));
   task.count_scenes = static_cast<int>(node.integer("count_scenes", task.settled_scenes, 1000));
-  task.stops_in_a_row = static_cast<int>(node.integer("stops_in_a_row", 1, 100));
   task.park_first = node.flag("park_first");
   task.seed = static_cast<std::uint64_t>(node.integer("seed", 0, 1'000'000'000));
   return task;

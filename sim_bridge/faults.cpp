@@ -12,6 +12,7 @@ const char* to_string(Fault fault) noexcept {
     case Fault::kDrivesWeak: return "drives_weak";
     case Fault::kStatesSilent: return "states_silent";
     case Fault::kStatesFrozen: return "states_frozen";
+    case Fault::kBlock: return "block";
   }
   return "invalid";
 }

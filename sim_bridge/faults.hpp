@@ -19,6 +19,7 @@ enum class Fault : std::uint8_t {
   kStatesSilent =
       7,  ///< no joint states (value is not used). In lockstep mode the world then goes on at wall speed without waiting for commands
   kStatesFrozen = 8,  ///< the last joint state again and again (value is not used); lockstep as with kStatesSilent
+  kBlock = 9,  ///< an upright post stands on the table: SimControl::discs has one entry that says where and how big (value is not used)
 };
 
 /// "camera_dark", ...; "invalid" for a number that is no fault.
@@ -37,7 +38,7 @@ class Faults {
   bool states_broken() const noexcept { return has(Fault::kStatesSilent) || has(Fault::kStatesFrozen); }
 
  private:
-  static constexpr std::size_t kFaults = 9;
+  static constexpr std::size_t kFaults = 10;
   std::array<std::optional<double>, kFaults> values_;
 };
 

@@ -121,7 +121,7 @@ void Topic<StrokeRequest>::encode(const StrokeRequest& value, Wire& wire) {
 // Only the form is checked here: whether the numbers make a stroke is for the stroke planner, which answers with a refusal that says why.
 Result<StrokeRequest, Invalid> Topic<StrokeRequest>::decode(const Wire& wire) {
   Door door;
-  door.enumerated("kind", wire.kind(), static_cast<unsigned>(StrokeKind::kPark));
+  door.enumerated("kind", wire.kind(), static_cast<unsigned>(StrokeKind::kRecover));
   door.enumerated("park_after", wire.park_after(), 1);
   door.check(wire.id() != 0, "id is 0; allowed: from 1");
   if (!door.good()) return door.why();
@@ -146,7 +146,7 @@ void Topic<StrokeStatus>::encode(const StrokeStatus& value, Wire& wire) {
 Result<StrokeStatus, Invalid> Topic<StrokeStatus>::decode(const Wire& wire) {
   Door door;
   door.enumerated("phase", wire.phase(), static_cast<unsigned>(StrokePhase::kStopped));
-  door.enumerated("reason", wire.reason(), static_cast<unsigned>(RefusalReason::kTooLong));
+  door.enumerated("reason", wire.reason(), static_cast<unsigned>(RefusalReason::kStopped));
   door.finite("attainable", wire.attainable());
   door.finite("contact_speed", wire.contact_speed());
   if (!door.good()) return door.why();

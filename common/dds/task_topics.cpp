@@ -59,7 +59,7 @@ void Topic<TaskRequest>::encode(const TaskRequest& value, Wire& wire) {
 
 Result<TaskRequest, Invalid> Topic<TaskRequest>::decode(const Wire& wire) {
   Door door;
-  door.enumerated("verb", wire.verb(), static_cast<unsigned>(TaskRequest::Verb::kResume));
+  door.enumerated("verb", wire.verb(), static_cast<unsigned>(TaskRequest::Verb::kRecover));
   door.finite("min_gap", wire.min_gap());
   for (const double value : wire.region()) door.within("region", value, -kFarthest, kFarthest);
   door.finite("speed_scale", wire.speed_scale());
@@ -100,7 +100,7 @@ void Topic<TaskStatus>::encode(const TaskStatus& value, Wire& wire) {
 
 Result<TaskStatus, Invalid> Topic<TaskStatus>::decode(const Wire& wire) {
   Door door;
-  door.enumerated("phase", wire.phase(), static_cast<unsigned>(TaskPhase::kCancelled));
+  door.enumerated("phase", wire.phase(), static_cast<unsigned>(TaskPhase::kRecovered));
   door.enumerated("failure", wire.failure(), static_cast<unsigned>(TaskFailure::kBadRequest));
   TaskStatus value;
   value.smallest_gap = get_gap(door, wire.smallest_gap());
@@ -198,7 +198,7 @@ void Topic<Outcome>::encode(const Outcome& value, Wire& wire) {
 Result<Outcome, Invalid> Topic<Outcome>::decode(const Wire& wire) {
   Door door;
   door.enumerated("stroke_phase", wire.stroke_phase(), static_cast<unsigned>(StrokePhase::kStopped));
-  door.enumerated("reason", wire.reason(), static_cast<unsigned>(RefusalReason::kTooLong));
+  door.enumerated("reason", wire.reason(), static_cast<unsigned>(RefusalReason::kStopped));
   door.finite("contact_speed", wire.contact_speed());
   Outcome value;
   value.achieved_gap = get_gap(door, wire.achieved_gap());

@@ -78,20 +78,22 @@ struct LoopStatus {
   std::uint64_t ticks = 0;
   std::uint64_t skipped = 0;  ///< periods that got no tick
   safety::Action action = safety::Action::kHold;
-  safety::CauseSet causes;                                  ///< active ones
-  bool commanding = false;                                  ///< set-points go out; false while there is no measured position to start from
-  bool fresh = false;                                       ///< the joint states are fresh
-  bool obeyed = false;                                      ///< the drives take our commands
-  bool moving = false;                                      ///< a motion or a stop is under way
-  bool at_rest = false;                                     ///< commanded and measured
-  bool recoverable = false;                                 ///< LoopRequest::kRecover would be done, once at rest
-  std::uint64_t stroke_id = 0;                              ///< of the trajectory that the loop holds; 0: none
-  std::uint64_t session = 0;                                ///< of the drives
-  safety::Setpoint setpoint;                                ///< the last command
-  safety::JointArray measured_q{};                          ///< rad
-  safety::JointArray measured_qd{};                         ///< rad/s
+  safety::CauseSet causes;           ///< active ones
+  safety::CauseSet in_the_way;       ///< of a recovery: conditions that are still there, and causes that are for ever
+  bool commanding = false;           ///< set-points go out; false while there is no measured position to start from
+  bool fresh = false;                ///< the joint states are fresh
+  bool obeyed = false;               ///< the drives take our commands
+  bool moving = false;               ///< a motion or a stop is under way
+  bool at_rest = false;              ///< commanded and measured
+  std::uint64_t stroke_id = 0;       ///< of the trajectory that the loop holds; 0: none
+  std::uint64_t session = 0;         ///< of the drives
+  safety::Setpoint setpoint;         ///< the last command
+  safety::JointArray measured_q{};   ///< rad
+  safety::JointArray measured_qd{};  ///< rad/s
   std::array<std::uint64_t, safety::kStateFlaws> states{};  ///< joint states met so far, by StateFlaw
 
+  /// Stopped: nothing moves before a recovery.
+  bool stopped() const noexcept { return action > safety::Action::kHold; }
   /// A stroke may start.
   bool ready() const noexcept { return action == safety::Action::kRun && commanding && fresh && obeyed && !moving; }
 };

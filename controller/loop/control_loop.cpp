@@ -43,7 +43,8 @@ void ControlLoop::restore(const LoopMemory& memory, const Trajectory* trajectory
 JointCommand ControlLoop::tick(const JointState* state, Time now) noexcept {
   const std::int64_t periods = periods_since_last(now);
   if (periods == 0) return command_;
-  if (flight_ != nullptr && ticks_ % FlightTap::kKeyframeEvery == 0) flight_->keyframes.push({ticks_ + 1, *this});
+  if (flight_ != nullptr && ticks_ % FlightTap::kKeyframeEvery == 0)
+    flight_->keyframes.push({ticks_ + 1, static_cast<const LoopMemory&>(*this)});
   record_.requests = 0;
   record_.told = 0;
   ++ticks_;
@@ -144,7 +145,6 @@ void ControlLoop::take_requests() noexcept {
 
 void ControlLoop::apply_safety() noexcept {
   const safety::CauseSet begun = fail_safe_.update(present_);
-  if (begun.empty()) return;
   // A following error has told of itself, with its figures.
   safety::CauseSet to_tell = begun;
   safety::CauseSet told;
@@ -152,8 +152,9 @@ void ControlLoop::apply_safety() noexcept {
   to_tell = to_tell.without(told);
   if (!to_tell.empty()) post({.kind = LoopEvent::Kind::kSafety, .causes = to_tell});
 
+  // Also when the cause still waits for a recovery: drives that restart once more are somewhere else once more.
   for (std::size_t i = 0; i < safety::kCauses; ++i) {
-    if (begun.has(static_cast<Cause>(i)) && safety::kRules[i].release) {
+    if (present_.has(static_cast<Cause>(i)) && safety::kRules[i].release) {
       release();
       return;
     }
@@ -253,7 +254,7 @@ void ControlLoop::publish_status() noexcept {
   status.obeyed = obeyed();
   status.moving = moving();
   status.at_rest = !moving() && status.fresh && measured_at_rest();
-  status.recoverable = fail_safe_.recoverable();
+  status.in_the_way = fail_safe_.in_the_way();
   status.stroke_id = trajectory_ != nullptr ? trajectory_->stroke_id : 0;
   status.session = state_.session;
   status.setpoint = setpoint_;

@@ -37,6 +37,7 @@ StrokeExecutor::StrokeExecutor(motion::StrokePlanner& planner, LoopChannels& cha
 
 void StrokeExecutor::submit(const StrokeRequest& request, Time now) {
   loop_ = channels_.status.latest();
+  start_up();
   if (repeats(request, now)) return;
   if (!closed_.empty()) return refuse(request, RefusalReason::kNotReady, closed_, now);
   if (stage_ == Stage::kIdle) return begin(request, now);
@@ -72,8 +73,15 @@ void StrokeExecutor::poll(Time now) {
   }
   // After the events: the status is never older than what they tell.
   loop_ = channels_.status.latest();
+  start_up();
   if (stage_ == Stage::kIdle && next_) begin(*std::exchange(next_, std::nullopt), now);
-  if (stage_ == Stage::kWaiting) wait_or_plan(now);
+  if (stage_ == Stage::kWaiting) request_.kind == StrokeKind::kRecover ? wait_for_recovery(now) : wait_or_plan(now);
+}
+
+void StrokeExecutor::start_up() {
+  if (started_up_) return;
+  started_up_ = loop_.ready();
+  if (!started_up_) ask_to_recover();
 }
 
 bool StrokeExecutor::next(StrokeStatus& out) {
@@ -87,21 +95,46 @@ void StrokeExecutor::begin(const StrokeRequest& request, Time now) {
   request_ = request;
   status_ = {};
   status_.id = request.id;
-  if (!loop_.fresh || loop_.action == Action::kFault) {
-    return finish(StrokePhase::kRefused, RefusalReason::kNotReady, why_not_ready(), now);
+  if (stop_bars(request)) return finish(StrokePhase::kRefused, RefusalReason::kStopped, why_not_ready(), now);
+  if (!loop_.fresh) {
+    const bool recovery = request.kind == StrokeKind::kRecover;
+    return finish(StrokePhase::kRefused, RefusalReason::kNotReady, recovery ? why_not_recovered() : why_not_ready(), now);
   }
   stage_ = Stage::kWaiting;
   wait_until_ = now + kMaxWait;
   recovery_sent_ = false;
+  ended_ = {};
   details_.clear();
 }
 
+bool StrokeExecutor::stop_bars(const StrokeRequest& request) const noexcept {
+  if (!loop_.stopped() || request.kind == StrokeKind::kRecover) return false;
+  safety::CauseSet own;
+  own.add(safety::Cause::kStopRequested, request.kind == StrokeKind::kPark);
+  return !safety::lasting(loop_.causes).without(own).empty();
+}
+
 void StrokeExecutor::wait_or_plan(Time now) {
+  if (stop_bars(request_)) return finish(StrokePhase::kRefused, RefusalReason::kStopped, why_not_ready(), now);
   if (loop_.ready()) return plan(now);
   if (now >= wait_until_) return finish(StrokePhase::kRefused, RefusalReason::kNotReady, why_not_ready(), now);
-  if (loop_.action > Action::kHold && loop_.at_rest && !recovery_sent_) {
-    recovery_sent_ = channels_.requests.push({.kind = LoopRequest::Kind::kRecover});
+  ask_to_recover();
+}
+
+void StrokeExecutor::wait_for_recovery(Time now) {
+  if (!loop_.stopped()) {
+    return finish(StrokePhase::kDone, RefusalReason::kNone, ended_.empty() ? "nothing was stopped" : "ended: " + describe(ended_), now);
   }
+  if (now >= wait_until_ || loop_.action == Action::kFault) {
+    return finish(StrokePhase::kRefused, RefusalReason::kNotReady, why_not_recovered(), now);
+  }
+  ended_ = safety::lasting(loop_.causes);
+  ask_to_recover();
+}
+
+void StrokeExecutor::ask_to_recover() {
+  if (!loop_.stopped() || !loop_.at_rest || !loop_.in_the_way.empty() || recovery_sent_) return;
+  recovery_sent_ = channels_.requests.push({.kind = LoopRequest::Kind::kRecover});
 }
 
 void StrokeExecutor::plan(Time now) {
@@ -130,7 +163,8 @@ void StrokeExecutor::plan(Time now) {
 void StrokeExecutor::handle(const LoopEvent& event) {
   using Kind = LoopEvent::Kind;
   if (event.kind == Kind::kSafety && (event.violation || event.following.joint >= 0)) details_ = describe(event);
-  if (event.kind == Kind::kNotRecovered) recovery_sent_ = false;  // asked again until the wait ends
+  // Asked again until the wait ends: it could not, or something stopped the arm anew.
+  if (event.kind == Kind::kNotRecovered || event.kind == Kind::kRecovered) recovery_sent_ = false;
   if (stage_ != Stage::kHanded || event.stroke_id != status_.id) return;
   switch (event.kind) {
     case Kind::kPhase:
@@ -173,7 +207,7 @@ bool StrokeExecutor::repeats(const StrokeRequest& request, Time now) {
   return true;
 }
 
-void StrokeExecutor::refuse(const StrokeRequest& request, RefusalReason reason, std::string text, Time now) {
+void StrokeExecutor::refuse(const StrokeRequest& request, RefusalReason reason, const std::string& text, Time now) {
   StrokeStatus status;
   status.id = request.id;
   status.phase = StrokePhase::kRefused;
@@ -188,7 +222,7 @@ void StrokeExecutor::send(StrokeStatus status) {
   outbox_.push_back(std::move(status));
 }
 
-void StrokeExecutor::finish(StrokePhase phase, RefusalReason reason, std::string text, Time now) {
+void StrokeExecutor::finish(StrokePhase phase, RefusalReason reason, const std::string& text, Time now) {
   status_.phase = phase;
   status_.reason = reason;
   status_.stamp = now;
@@ -200,10 +234,20 @@ void StrokeExecutor::finish(StrokePhase phase, RefusalReason reason, std::string
 }
 
 std::string StrokeExecutor::why_not_ready() const {
+  if (loop_.action == Action::kFault) return describe(loop_.causes) + "; only a restart of the controller ends this";
+  if (loop_.stopped()) return describe(loop_.causes) + "; nothing moves before a recovery (./breakshot recover)";
   if (!loop_.causes.empty()) return describe(loop_.causes);
   if (!loop_.fresh) return "no fresh joint state";
   if (!loop_.obeyed) return "the drives do not take this controller's commands";
   return "the arm is not at rest";
+}
+
+std::string StrokeExecutor::why_not_recovered() const {
+  if (loop_.action == Action::kFault) return why_not_ready();
+  if (!loop_.in_the_way.empty()) return "in the way: " + describe(loop_.in_the_way);
+  if (!loop_.fresh) return "in the way: no fresh joint state";
+  if (!loop_.at_rest) return "in the way: the arm is not at rest";
+  return "in the way: the arm does not rest where it is told to";
 }
 
 }  // namespace breakshot::control

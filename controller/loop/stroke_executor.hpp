@@ -28,9 +28,11 @@ class StrokeExecutor {
   ///
   /// - The same request again (same id and content) as the present or a recent one: its last status once more, and nothing else.
   /// - While another stroke is under way: kBusy; but a park request stops that stroke on its path and then parks.
-  /// - Without fresh joint states, or in a fault: kNotReady.
-  /// - After a stop: the request is the decision to go on. The loop recovers first, which may take until the arm is at rest and the causes are
-  ///   gone; when that does not come true soon, kNotReady.
+  /// - Without fresh joint states: kNotReady.
+  /// - After a stop: kStopped, until a StrokeKind::kRecover was done. Only a stop that a park request brought about ends with that request: it
+  ///   is the same commander's wish.
+  /// - kRecover waits a while for the arm to rest and for the causes to be gone; when that does not come true, kNotReady says what is in the way.
+  ///   With nothing stopped it is done at once.
   void submit(const StrokeRequest& request, Time now);
 
   /// Stops whatever moves, on its path. The stroke under way ends as kStopped, or kRefused when it has not begun.
@@ -42,6 +44,9 @@ class StrokeExecutor {
   /// Commands of somebody else were seen on their way to the drives.
   void report_foreign_commander() { channels_.requests.push({.kind = LoopRequest::Kind::kForeignCommander}); }
 
+  /// Until the loop has been ready for the first time, whatever stops it belongs to the start and is ended without being asked: nobody has moved
+  /// anything yet.
+  ///
   /// Takes in what the loop has told since the last call, and carries on. Planning happens in here (tens of milliseconds). Call it every few
   /// milliseconds of the cell clock.
   void poll(Time now);
@@ -64,7 +69,7 @@ class StrokeExecutor {
  private:
   enum class Stage : std::uint8_t {
     kIdle,
-    kWaiting,  ///< accepted for planning as soon as the loop is ready (it may have to recover or come to rest)
+    kWaiting,  ///< for the loop to be ready for planning, or to recover
     kHanded,   ///< the loop has the trajectory
   };
   struct Remembered {
@@ -75,13 +80,20 @@ class StrokeExecutor {
 
   void handle(const LoopEvent& event);
   void begin(const StrokeRequest& request, Time now);
+  /// Whether a stop is in the way of a request that is to move something.
+  bool stop_bars(const StrokeRequest& request) const noexcept;
   void wait_or_plan(Time now);
+  void wait_for_recovery(Time now);
+  /// Asks the loop to recover once it may, and again after it could not.
+  void ask_to_recover();
+  void start_up();
   void plan(Time now);
-  void refuse(const StrokeRequest& request, RefusalReason reason, std::string text, Time now);
+  void refuse(const StrokeRequest& request, RefusalReason reason, const std::string& text, Time now);
   void send(StrokeStatus status);
-  void finish(StrokePhase phase, RefusalReason reason, std::string text, Time now);
+  void finish(StrokePhase phase, RefusalReason reason, const std::string& text, Time now);
   bool repeats(const StrokeRequest& request, Time now);
   std::string why_not_ready() const;
+  std::string why_not_recovered() const;
 
   motion::StrokePlanner& planner_;
   LoopChannels& channels_;
@@ -98,8 +110,10 @@ class StrokeExecutor {
   std::optional<StrokeRequest> next_;  ///< a park request that waits for the stroke under way to stop
   std::string closed_;                 ///< why every request is refused; empty: it is not
   Time wait_until_{};
+  bool started_up_ = false;  ///< the loop has been ready
   bool recovery_sent_ = false;
-  std::string details_;  ///< of the newest safety event of the stroke under way that came with figures
+  safety::CauseSet ended_;  ///< by the recovery under way
+  std::string details_;     ///< of the newest safety event of the stroke under way that came with figures
 
   std::deque<StrokeStatus> outbox_;
   std::optional<StrokeStatus> newest_;

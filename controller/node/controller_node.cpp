@@ -144,8 +144,10 @@ class HealthReport {
   static HealthState state_of(const LoopStatus& loop, int timer_error) {
     if (timer_error != 0 || loop.action == safety::Action::kFault) return HealthState::kFault;
     if (loop.causes.has(safety::Cause::kNoState)) return HealthState::kStarting;
-    // A stop that a fresh stroke may end (StrokeExecutor recovers first) must not keep orders out: nobody else would ever end it.
-    if (loop.action > safety::Action::kHold) return loop.recoverable && loop.at_rest ? HealthState::kReady : HealthState::kStopped;
+    // A stop lasts until a recovery, and no order is taken before; only one that a park request brought about ends with the parking.
+    safety::CauseSet asked;
+    asked.add(safety::Cause::kStopRequested);
+    if (loop.stopped()) return safety::lasting(loop.causes) == asked ? HealthState::kDegraded : HealthState::kStopped;
     return loop.action == safety::Action::kRun && loop.obeyed ? HealthState::kReady : HealthState::kDegraded;
   }
 

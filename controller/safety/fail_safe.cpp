@@ -39,7 +39,7 @@ CauseSet FailSafe::update(CauseSet present) noexcept {
   return active_.without(before);
 }
 
-bool FailSafe::recoverable() const noexcept { return common(active_, kPermanent).empty() && present_.without(kAutomatic).empty(); }
+CauseSet FailSafe::in_the_way() const noexcept { return common(active_, kPermanent).with(lasting(present_)); }
 
 bool FailSafe::recover(bool at_rest) noexcept {
   if (!at_rest || !recoverable()) return false;
@@ -54,6 +54,8 @@ Action FailSafe::action() const noexcept {
   }
   return action;
 }
+
+CauseSet lasting(CauseSet causes) noexcept { return causes.without(kAutomatic); }
 
 const char* to_string(Action action) noexcept {
   switch (action) {

@@ -99,8 +99,10 @@ class FailSafe {
   /// for ever.
   /// @return whether it was done; true also when there was nothing to end
   bool recover(bool at_rest) noexcept;
+  /// What keeps recover(true) from being done: conditions that are still there, and causes that are for ever.
+  CauseSet in_the_way() const noexcept;
   /// Whether recover(true) would now be done.
-  bool recoverable() const noexcept;
+  bool recoverable() const noexcept { return in_the_way().empty(); }
 
   Action action() const noexcept;
   CauseSet active() const noexcept { return active_; }
@@ -115,6 +117,9 @@ class FailSafe {
   CauseSet present_;  ///< conditions of the last update
   CauseSet active_;
 };
+
+/// Those of the causes that do not end by themselves.
+CauseSet lasting(CauseSet causes) noexcept;
 
 const char* to_string(Action action) noexcept;
 /// For people, as the end of the sentence "stopped: ...".

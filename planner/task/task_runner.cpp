@@ -98,6 +98,10 @@ void TaskRunner::on_request(const TaskRequest& request, Time now) {
     if (!running()) start(request, now);
     return;
   }
+  if (request.verb == TaskRequest::Verb::kRecover && !running()) {
+    start_recovery(request, now);
+    return;
+  }
   status_.request_seq = request.seq;
   if (!running() || request.order_id != status_.order_id) {
     publish_status();
@@ -117,13 +121,13 @@ void TaskRunner::on_request(const TaskRequest& request, Time now) {
       pause_asked_ = false;
       if (status_.phase == TaskPhase::kPaused) look(now);
       break;
-    case TaskRequest::Verb::kStart: break;
+    case TaskRequest::Verb::kStart:
+    case TaskRequest::Verb::kRecover: break;
   }
   publish_status();
 }
 
-void TaskRunner::start(const TaskRequest& request, Time now) {
-  task_ = request;
+void TaskRunner::begin_status(const TaskRequest& request) {
   const Time stamp = status_.stamp;
   status_ = {};
   status_.order_id = request.order_id;
@@ -131,13 +135,17 @@ void TaskRunner::start(const TaskRequest& request, Time now) {
   status_.request_seq = request.seq;
   status_.stamp = status_.started = stamp;
   status_.smallest_gap = std::numeric_limits<double>::infinity();
+}
+
+void TaskRunner::start(const TaskRequest& request, Time now) {
+  task_ = request;
+  begin_status(request);
   ending_.reset();
   pause_asked_ = false;
   unpaused_ = Duration::zero();
   discs_known_ = request.expect_discs;
   times_before_ = {};
   decisions_ = 0;
-  stops_ = 0;
   outcome_due_.reset();
   status_.phase = TaskPhase::kLooking;
   if (const std::string fault = fault_of(request); !fault.empty()) {
@@ -152,6 +160,14 @@ void TaskRunner::start(const TaskRequest& request, Time now) {
     return;
   }
   look(now);
+}
+
+void TaskRunner::start_recovery(const TaskRequest& request, Time now) {
+  begin_status(request);
+  StrokeRequest recover;
+  recover.kind = StrokeKind::kRecover;
+  send(recover, now);
+  set_phase(TaskPhase::kRecovering, "asking the controller to recover");
 }
 
 // ---- looking
@@ -233,15 +249,17 @@ void TaskRunner::on_tick(Time now) {
     case StrokeLink::Need::kSend: actions_.emplace_back(SendStroke{link_.request()}); break;
     case StrokeLink::Need::kGiveUp: {
       const auto& said = link_.status();
-      const std::string text = said ? std::string{"the controller stays "} + (link_.waits() ? to_string(said->reason) : "silent")
-                                    : "the controller does not answer";
+      std::string text = "the controller does not answer";
+      if (said)
+        text = link_.waits() ? std::string{"the controller stays "} + to_string(said->reason) + ": " + said->text
+                             : "the controller stays silent";
       link_.end();
       finish({TaskPhase::kFailed, TaskFailure::kControllerFault, text}, now);
       return;
     }
     case StrokeLink::Need::kNothing: break;
   }
-  if (status_.phase == TaskPhase::kPaused || ending_) return;
+  if (status_.phase == TaskPhase::kPaused || status_.phase == TaskPhase::kRecovering || ending_) return;
   if (unpaused_ > task_.timeout) {
     end_with({TaskPhase::kFailed, TaskFailure::kTimeout, "not singulated within " + std::to_string(to_seconds(task_.timeout)) + " s"}, now);
     return;

@@ -38,13 +38,16 @@ using Action = std::variant<SendStroke, RunStrategy, Plan, Outcome, TaskStatus>;
 /// Times: `look` is from the first word of the task, or from a table that came to rest, to a scene to decide on; `decide` the strategy's
 /// thinking; `move` from the request of a stroke until the discs are free; `settle` from then until the first scene at rest. Pauses count
 /// nowhere, neither as time nor towards the timeout.
+///
+/// A stroke that the controller stops ends the task, whatever the cause: nothing is to move after a stop before somebody has recovered the controller
+/// and given a fresh order.
 class TaskRunner {
  public:
   /// @param first_stroke_id  above every id that an earlier life of the planner may have used
   TaskRunner(const TaskSettings& settings, std::string strategy_name, std::uint64_t first_stroke_id = 1);
 
   /// A request that was taken before (same seq) is ignored: it was sent again because our status was late. A start while another order runs
-  /// is left unacknowledged, so it is sent again and taken when that order has ended.
+  /// is left unacknowledged, so it is sent again and taken when that order has ended. A recovery while an order runs is acknowledged and not done.
   void on_request(const TaskRequest& request, Time now);
   void on_scene(const Scene& scene, Time now);
   void on_stroke_status(const StrokeStatus& status, Time now);
@@ -72,6 +75,8 @@ class TaskRunner {
   void set_phase(TaskPhase phase, std::string text);
   void publish_status();
 
+  /// A status with nothing in it but whose task it is.
+  void begin_status(const TaskRequest& request);
   void start(const TaskRequest& request, Time now);
   void look(Time now);
   void judge(const Scene& scene, Time now);
@@ -80,7 +85,9 @@ class TaskRunner {
   void try_next_option(Time now);
   void send(const StrokeRequest& stroke, Time now);
   void drop_waiting_stroke();
+  void start_recovery(const TaskRequest& request, Time now);
   void stroke_over(Time now);
+  void recovery_over(Time now);
   void refused(const StrokeStatus& status, Time now);
   void emit_outcome(const StrokeStatus& status);
 
@@ -115,7 +122,6 @@ class TaskRunner {
   double hit_speed_cap_ = 1e9;
 
   StrokeLink link_;
-  int stops_ = 0;
   std::uint64_t plans_ = 0;
   std::optional<StrokeStatus> outcome_due_;  // of a stroke whose result has not been seen yet
 };

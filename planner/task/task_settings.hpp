@@ -16,7 +16,6 @@ struct TaskSettings {
       0.02;                ///< scenes whose fastest disc is slower are at rest, m/s: three times what 0.2 mm of noise look like at 30 Hz
   int settled_scenes = 2;  ///< in a row, before a scene is decided on
   int count_scenes = 6;    ///< at rest, in a row, before a wrong number of discs is believed
-  int stops_in_a_row = 2;  ///< strokes stopped on the way before the controller counts as faulty
   bool park_first = true;  ///< begin by parking the arm: nobody knows where the last order left it
   std::uint64_t seed = 1;  ///< of random strategies; decision k of a task gets seed and k
 };

@@ -92,7 +92,11 @@ void TaskRunner::on_stroke_status(const StrokeStatus& status, Time now) {
   if (is_final(status.phase)) {
     // A controller that is busy or not ready is asked again (on_tick()), unless the stroke is no longer wanted.
     const bool unwanted = link_.request().kind != StrokeKind::kPark && (ending_ || pause_asked_);
-    if (!link_.waits() || unwanted) stroke_over(now);
+    if (link_.request().kind == StrokeKind::kRecover) {
+      recovery_over(now);
+    } else if (!link_.waits() || unwanted) {
+      stroke_over(now);
+    }
     return;
   }
   const bool stroke = link_.request().kind != StrokeKind::kPark;
@@ -105,6 +109,17 @@ void TaskRunner::drop_waiting_stroke() {
   if (!link_.active() || !link_.waits() || link_.request().kind == StrokeKind::kPark) return;
   link_.end();
   parked_ = parked_before_;
+}
+
+void TaskRunner::recovery_over(Time now) {
+  const StrokeStatus status = *link_.status();
+  link_.end();
+  parked_ = false;
+  if (status.phase == StrokePhase::kDone) {
+    finish({TaskPhase::kRecovered, TaskFailure::kNone, status.text}, now);
+  } else {
+    finish({TaskPhase::kFailed, TaskFailure::kControllerFault, status.text}, now);
+  }
 }
 
 void TaskRunner::stroke_over(Time now) {
@@ -134,18 +149,20 @@ void TaskRunner::stroke_over(Time now) {
   }
 
   ++(stroke.kind == StrokeKind::kHit ? status_.hits : status_.pushes);
-  outcome_due_ = status;
-  const bool stopped = status.phase == StrokePhase::kStopped;
-  parked_ = !stopped && stroke.park_after;
-  stops_ = stopped ? stops_ + 1 : 0;
-  if (stops_ >= settings_.stops_in_a_row && !ending_) {
-    ending_ = End{TaskPhase::kFailed, TaskFailure::kControllerFault, "strokes keep being stopped: " + status.text};
+  if (status.phase == StrokePhase::kStopped) {
+    // The arm stands somewhere over the table, and a park request would be refused: the controller waits for a recovery.
+    parked_ = false;
+    emit_outcome(status);
+    finish({TaskPhase::kFailed, TaskFailure::kControllerFault, "the stroke was stopped: " + status.text}, now);
+    return;
   }
+  outcome_due_ = status;
+  parked_ = stroke.park_after;
   if (!parked_) {
     StrokeRequest park;
     park.kind = StrokeKind::kPark;
     send(park, now);
-    set_phase(TaskPhase::kSettling, stopped ? "the stroke was stopped: " + status.text : "the arm parks");
+    set_phase(TaskPhase::kSettling, "the arm parks");
   } else if (ending_) {
     finish(End{*ending_}, now);
   } else {
@@ -157,6 +174,11 @@ void TaskRunner::refused(const StrokeStatus& status, Time now) {
   emit_outcome(status);
   parked_ = parked_before_;  // a refused stroke does not move the arm
   status_.text = std::string{to_string(status.reason)} + (status.text.empty() ? "" : ": " + status.text);
+  if (status.reason == RefusalReason::kStopped) {
+    parked_ = false;
+    finish({TaskPhase::kFailed, TaskFailure::kControllerFault, "the controller is stopped: " + status.text}, now);
+    return;
+  }
   if (ending_) {
     finish(End{*ending_}, now);
     return;

@@ -9,9 +9,9 @@ namespace {
 /// Rounding on the way here must not turn a set-point on a limit into a refused one.
 constexpr double kRangeTolerance = 1e-6;   // rad
 constexpr double kSpeedTolerance = 1.001;  // factor
-/// A step between set-points may need this much more than the speed limit allows: stamps are rounded to ns and commanders may re-time a tick.
-constexpr double kJumpFactor = 1.1;
-constexpr double kJumpTolerance = 2e-3;  // rad; twice the repeatability of a position set-point of an industrial encoder chain
+/// A command that comes so late that the arm could not get there in time is aimed at this much ahead, straight on from it: time to make good in what
+/// the drives, going straight on without it, were off by.
+constexpr Duration kLateAim = std::chrono::milliseconds{8};
 
 JointVector limits_of(const ArmDescription& arm, double JointDescription::*limit) {
   JointVector values(static_cast<Eigen::Index>(arm.joints.size()));
@@ -54,20 +54,44 @@ CommandVerdict ServoDrives::judge(const JointCommand& command, Time now) const n
   }
   if ((command.qd.array().abs() > max_speed_.array() * kSpeedTolerance).any()) return CommandVerdict::kTooFast;
 
-  Time from = now - settings_.lag;
-  JointVector q_from = brake_from_.q;
-  if (braked_) {
-    q_from = slow_down(now).q;
+  if (!braked_ && command.due <= knot(0).due) return CommandVerdict::kOld;
+  return leg(command, now) ? CommandVerdict::kTaken : CommandVerdict::kJump;
+}
+
+std::optional<ServoDrives::Leg> ServoDrives::leg(const JointCommand& command, Time now) const noexcept {
+  const Time at = now - settings_.lag;
+  Leg leg{{}, {command.due, command.q, command.qd, command.qdd}};
+  if (!braked_ && knot(0).due > at) {
+    leg.from = knot(0);
   } else {
-    from = knot(0).due;
-    q_from = knot(0).q;
-    if (command.due <= from) return CommandVerdict::kOld;
+    // Braked, or past the newest set-point: from where the reference is now, so that taking the command is as smooth as following.
+    const DriveReference here = reference(now);
+    leg.from = {at, here.q, here.qd, here.qdd};
   }
-  const double step_s = std::max(0.0, to_seconds(command.due - from));
-  if (((command.q - q_from).array().abs() > max_speed_.array() * (kJumpFactor * step_s) + kJumpTolerance).any()) {
-    return CommandVerdict::kJump;
+  if (leg.to.due > leg.from.due && within_speed(leg)) return leg;
+  if (leg.to.due - at >= kLateAim) return std::nullopt;
+  leg.to.q += leg.to.qd * to_seconds(at + kLateAim - leg.to.due);
+  leg.to.due = at + kLateAim;
+  if (leg.to.due > leg.from.due && within_speed(leg)) return leg;
+  return std::nullopt;
+}
+
+// The speed of the cubic is a parabola in u: the largest is at an end or at the vertex.
+bool ServoDrives::within_speed(const Leg& leg) const noexcept {
+  const double span = to_seconds(leg.to.due - leg.from.due);
+  for (int i = 0; i < joints_; ++i) {
+    const double v0 = leg.from.qd[i];
+    const double v1 = leg.to.qd[i];
+    const double mean = (leg.to.q[i] - leg.from.q[i]) / span;
+    const double a = 3.0 * (v0 + v1) - 6.0 * mean;
+    const double b = 6.0 * mean - 4.0 * v0 - 2.0 * v1;
+    const double u = a != 0.0 ? std::clamp(-0.5 * b / a, 0.0, 1.0) : 0.0;
+    const double limit = kSpeedTolerance * max_speed_[i];
+    for (const double speed : {v0, v1, v0 + u * (b + u * a)}) {
+      if (!(std::abs(speed) <= limit)) return false;
+    }
   }
-  return CommandVerdict::kTaken;
+  return true;
 }
 
 CommandVerdict ServoDrives::take(const JointCommand& command, Time now) noexcept {
@@ -75,13 +99,14 @@ CommandVerdict ServoDrives::take(const JointCommand& command, Time now) noexcept
   ++verdicts_[static_cast<std::size_t>(verdict)];
   if (verdict != CommandVerdict::kTaken) return verdict;
 
+  const Leg way = *leg(command, now);
   if (braked_) {
-    // Start from where the reference is now, so that taking over is as smooth as following.
-    const DriveReference here = slow_down(now);
-    restart({std::min(now - settings_.lag, command.due - Duration{1}), here.q, here.qd, here.qdd});
+    restart(way.from);
     braked_ = false;
+  } else if (way.from.due > knot(0).due) {
+    push(way.from);
   }
-  push({command.due, command.q, command.qd, command.qdd});
+  push(way.to);
   session_ = command.session;
   command_seq_ = command.seq;
   taken_at_ = now;
@@ -112,8 +137,7 @@ DriveReference ServoDrives::reference(Time now) const noexcept {
 
 bool ServoDrives::holds_still(Time now) const noexcept {
   if (braked_) return now >= brake_began_ + brake_time_;
-  if (now - settings_.lag < knot(0).due || !(knot(0).qd.array() == 0.0).all()) return false;
-  return true;
+  return now - settings_.lag >= knot(0).due && knot(0).qd.isZero(0.0);
 }
 
 void ServoDrives::push(const Knot& knot) noexcept {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace breakshot::sim_bridge {
 
@@ -16,7 +17,7 @@ enum class CommandVerdict : std::uint8_t {
   kMalformed = 1,     ///< wrong number of joints, or a number that is not finite
   kOutOfRange = 2,    ///< a position outside its joint's range
   kTooFast = 3,       ///< a speed above its joint's limit
-  kJump = 4,          ///< not reachable from the last set-point within its joint's speed
+  kJump = 4,          ///< not reachable from the last set-point, or from where the drives are past it, within its joint's speed
   kOld = 5,           ///< seq or due not above the last one taken: late, doubled or out of order
   kBadDue = 6,        ///< due further ahead than the horizon, or so long ago that it means nothing
   kOtherSession = 7,  ///< another commander holds the drives
@@ -45,7 +46,8 @@ class ServoDrives {
   /// To be called once per tick before the reference is read: brakes when the commander has been silent for too long.
   void watch(Time now) noexcept;
 
-  /// The reference at `now`: cubic Hermite between the set-points on both sides of now - lag, straight on past the newest.
+  /// The reference at `now`: cubic Hermite between the set-points on both sides of now - lag, straight on past the newest. Whatever commands came: finite,
+  /// inside the joints' ranges, never faster than their speeds, and without a jump from one instant to the next.
   DriveReference reference(Time now) const noexcept;
 
   /// True when the reference is at rest at `now` and stays so until the next command.
@@ -64,7 +66,14 @@ class ServoDrives {
   /// Knots kept: enough for every command that the horizon and the lag can hold at 1 kHz to span now - lag.
   static constexpr std::size_t kKnots = 128;
 
+  /// A command together with where the way to it begins.
+  struct Leg {
+    Knot from, to;
+  };
   CommandVerdict judge(const JointCommand& command, Time now) const noexcept;
+  /// The way to a command, or nothing when every way breaks a joint's speed.
+  std::optional<Leg> leg(const JointCommand& command, Time now) const noexcept;
+  bool within_speed(const Leg& leg) const noexcept;
   const Knot& knot(std::size_t age) const noexcept { return knots_[(newest_ + kKnots - age) % kKnots]; }
   void push(const Knot& knot) noexcept;
   void restart(const Knot& first) noexcept;

@@ -24,13 +24,30 @@ std::optional<std::string> CellWorld::carry_out(const WorldOrder& order) {
       }
       break;
     case SimControl::Verb::kSetFault:
-      if (auto wrong = faults_.set(order.fault, order.fault_value)) return wrong;
+      if (auto wrong = set_fault(order)) return wrong;
       break;
-    case SimControl::Verb::kClearFaults: faults_.clear(); break;
+    case SimControl::Verb::kClearFaults:
+      faults_.clear();
+      world_.block(std::nullopt);
+      break;
   }
   world_.weaken_drives(faults_.get(Fault::kDrivesWeak).value_or(1.0));
   control_seq_ = order.control_seq;
   return std::nullopt;
+}
+
+std::optional<std::string> CellWorld::set_fault(const WorldOrder& order) {
+  if (Fault{order.fault} == Fault::kBlock) {
+    if (order.discs.size() != 1)
+      return "block: found " + std::to_string(order.discs.size()) + " discs that say where it stands; allowed: 1";
+    const SimDisc& shape = order.discs.front();
+    try {
+      world_.block(Block{shape.p_WD, shape.radius, shape.height});
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+  }
+  return faults_.set(order.fault, order.fault_value);
 }
 
 void CellWorld::take(std::span<const JointCommand> commands) {

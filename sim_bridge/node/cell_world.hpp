@@ -18,7 +18,7 @@ namespace breakshot::sim_bridge {
 struct WorldOrder {
   std::uint64_t control_seq = 0;
   SimControl::Verb verb = SimControl::Verb::kReset;
-  std::vector<SimDisc> discs;
+  std::vector<SimDisc> discs;  ///< of a reset; of Fault::kBlock: where and how big
   std::uint8_t fault = 0;
   double fault_value = 0.0;
   std::string what;  ///< for the log
@@ -50,6 +50,8 @@ class CellWorld {
   const Faults& faults() const noexcept { return faults_; }
 
  private:
+  std::optional<std::string> set_fault(const WorldOrder& order);
+
   SimBridgeConfig config_;
   SimWorld world_;
   Faults faults_;

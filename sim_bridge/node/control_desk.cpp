@@ -44,6 +44,7 @@ Result<WorldOrder, std::string> prepare(const SimControl& request, const SimBrid
       order.what = fmt::format("reset to formation {}", request.formation);
       break;
     case SimControl::Verb::kSetFault:
+      order.discs = request.discs;
       order.what = fmt::format("set fault {} to {}", to_string(Fault{request.fault}), request.fault_value);
       break;
     case SimControl::Verb::kClearFaults: order.what = "clear all faults"; break;

@@ -37,8 +37,9 @@ constexpr Duration kRepeat = milliseconds{20};
 constexpr Duration kScenePatience = seconds{2};
 /// Commands that may wait for the physics thread. One comes per tick; more only when that thread does not get its turn.
 constexpr std::size_t kCommands = 64;
-/// A second start value for the world's clock in lockstep mode, so that no stamp is ever 0.
-constexpr Time kLockstepStart = time_from_ns(1'000'000'000);
+/// Where the world's clock starts in lockstep mode. Later than anything that an earlier life of this process can have stamped, for the cell's other
+/// processes take time to go on only: no world runs this many times faster than the wall.
+Time lockstep_start() noexcept { return Time{16 * process::monotonic_now().time_since_epoch()}; }
 
 void sleep_until(Time wall) noexcept {
   const std::int64_t ns = to_ns(wall);
@@ -68,7 +69,7 @@ class SimBridge {
         formation_{load_formation(config_.formation, process.cell())},
         camera_model_{load_camera(process.cell().camera_file)},
         arm_{load_arm(process.cell().arm.urdf, process.cell().arm.base_link, process.cell().arm.tip_link)},
-        world_{arm_, config_, lockstep_ ? kLockstepStart : process::monotonic_now(), process.session()},
+        world_{arm_, config_, lockstep_ ? lockstep_start() : process::monotonic_now(), process.session()},
         participant_{make_participant()},
         color_writer_{participant_},
         depth_writer_{participant_},

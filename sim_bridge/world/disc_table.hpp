@@ -40,12 +40,15 @@ struct DiscBelow {
 /// Discs at rest cost nothing. Private to sim_bridge.
 class DiscTable {
  public:
-  /// A round obstacle that stands on the table: the base of the arm.
+  /// A round obstacle that stands on the table: the base of the arm, or a block.
   struct Post {
     Vector2 p_W;
     double radius;
   };
   DiscTable(const TablePhysics& physics, std::vector<Post> posts);
+
+  /// Puts another set of obstacles in the place of those before. The caller has checked that no disc overlaps one.
+  void stand(std::vector<Post> posts) { posts_ = std::move(posts); }
 
   /// Replaces all discs. The caller has checked them (check_discs()).
   void place(std::span<const DiscState> discs);

@@ -16,6 +16,10 @@ namespace {
 /// at the arm's sub-step (k dt^2 / m = 0.01, d dt / m = 0.25).
 constexpr double kGroundStiffness = 2e5;  // N/m
 constexpr double kGroundDamping = 1e3;    // N s/m
+/// The rod on a block: as hard as a steel tool on a clamped post may be before the arm's own links, which are rigid here, would be what gives.
+/// Stable as above.
+constexpr double kBlockStiffness = 1e5;  // N/m
+constexpr double kBlockDamping = 200.0;  // N s/m
 /// The rod's inertia is computed when it comes this near to a disc: what a disc at 20 m/s covers in a sub-step.
 constexpr double kReachMargin = 5e-3;  // m
 
@@ -75,6 +79,7 @@ class SimWorld::Implementation {
 
   void tick() {
     drives_.watch(now_);
+    block_force_ = 0.0;
     const auto steps = kTick / settings_.arm_step;
     for (std::int64_t i = 0; i < steps; ++i) sub_step(now_ + i * settings_.arm_step);
     now_ += kTick;
@@ -88,6 +93,7 @@ class SimWorld::Implementation {
     StrikerRod rod{.p_W = p_WT.head<2>(), .v_W = v_WT.head<2>(), .tip_z = p_WT.z()};
 
     Vector3 force_W{0.0, 0.0, stand(rod, v_WT.z())};
+    const Vector2 block_force_W = push_off(rod);
     const bool near = table_.within_reach(rod, v_WT.norm() * dt + kReachMargin);
     if (near) rod.mobility = arm_.dynamics().tip_mobility(arm_.posture());
     if (near || !table_.at_rest()) {
@@ -98,17 +104,36 @@ class SimWorld::Implementation {
       }
       force_W.head<2>() = rod.impulse_W / dt;
     }
+    force_W.head<2>() += block_force_W;
     arm_.step(drives_.reference(t), force_W, dt);
   }
 
-  /// Upward force on a rod that stands on the table or on a disc, which it then presses down, N.
+  /// Whether the rod stands on top of the block rather than beside it: it overlaps it far in plan and little in height.
+  bool on_block(const StrikerRod& rod, double overlap) const noexcept {
+    return block_ && overlap > 0.0 && overlap > block_->height - rod.tip_z && rod.tip_z < block_->height;
+  }
+  double block_overlap(const StrikerRod& rod) const noexcept {
+    return block_ ? block_->radius + settings_.physics.striker_radius - (rod.p_W - block_->p_W).norm() : -1.0;
+  }
+
+  /// Horizontal force of the block on a rod beside it, N.
+  Vector2 push_off(const StrikerRod& rod) noexcept {
+    const double overlap = block_overlap(rod);
+    if (overlap <= 0.0 || rod.tip_z >= block_->height || on_block(rod, overlap)) return Vector2::Zero();
+    const Vector2 n = (rod.p_W - block_->p_W).normalized();
+    const double force = std::max(0.0, kBlockStiffness * overlap - kBlockDamping * rod.v_W.dot(n));
+    block_force_ = std::max(block_force_, force);
+    return force * n;
+  }
+
+  /// Upward force on a rod that stands on the table, on the block, or on a disc, which it then presses down, N.
   double stand(const StrikerRod& rod, double v_z) noexcept {
     if (pressed_) {
       table_.press(*pressed_, 0.0);
       pressed_.reset();
     }
     const auto disc = table_.below(rod);
-    const double ground = disc ? disc->height : 0.0;
+    const double ground = disc ? disc->height : on_block(rod, block_overlap(rod)) ? block_->height : 0.0;
     if (rod.tip_z >= ground) return 0.0;
     const double force = std::max(0.0, kGroundStiffness * (ground - rod.tip_z) - kGroundDamping * v_z);
     if (disc) {
@@ -128,10 +153,40 @@ class SimWorld::Implementation {
       for (const DiscTable::Post& post : posts_) {
         if ((disc.p_WD - post.p_W).norm() < disc.radius + post.radius) wrong = "disc " + std::to_string(i) + " overlaps the arm's base";
       }
+      if (block_ && (disc.p_WD - block_->p_W).norm() < disc.radius + block_->radius)
+        wrong = "disc " + std::to_string(i) + " overlaps the block";
     }
     if (!wrong.empty()) throw std::invalid_argument{wrong};
     pressed_.reset();
     table_.place(discs);
+  }
+
+  void block(const std::optional<Block>& block) {
+    std::vector<DiscTable::Post> posts = posts_;
+    if (block) {
+      if (const std::string wrong = check(*block); !wrong.empty()) throw std::invalid_argument{"block: " + wrong};
+      posts.push_back({block->p_W, block->radius});
+    }
+    block_ = block;
+    table_.stand(std::move(posts));
+  }
+
+  std::string check(const Block& block) const {
+    const auto within = [](double value, double lo, double hi) { return value >= lo && value <= hi; };
+    if (!within(block.radius, 1e-3, 0.5)) return "radius " + std::to_string(block.radius) + " m; allowed: 0.001 to 0.5";
+    if (!within(block.height, 1e-3, 2.0)) return "height " + std::to_string(block.height) + " m; allowed: 0.001 to 2";
+    if (!block.p_W.allFinite() || !settings_.physics.table.contains(block.p_W)) return "its axis is off the table";
+    const auto overlaps = [&](const Vector2& p_W, double radius) { return (p_W - block.p_W).norm() < radius + block.radius; };
+    const Vector3 p_WT = arm_.X_WT().translation();
+    if (p_WT.z() < block.height && overlaps(p_WT.head<2>(), settings_.physics.striker_radius)) return "overlaps the striker";
+    for (const DiscTable::Post& post : posts_) {
+      if (overlaps(post.p_W, post.radius)) return "overlaps the arm's base";
+    }
+    for (std::size_t i = 0; i < table_.size(); ++i) {
+      const SimDisc disc = table_.state(i);
+      if (disc.on_table && overlaps(disc.p_WD, disc.radius)) return "overlaps disc " + std::to_string(i);
+    }
+    return {};
   }
 
   SimSettings settings_;
@@ -142,6 +197,8 @@ class SimWorld::Implementation {
   std::vector<DiscTable::Post> posts_;
   DiscTable table_;
   std::optional<std::size_t> pressed_;
+  std::optional<Block> block_;
+  double block_force_ = 0.0;
 };
 
 SimWorld::SimWorld(const ArmDescription& arm, const SimSettings& settings)
@@ -157,6 +214,7 @@ CommandVerdict SimWorld::command(const JointCommand& command) noexcept {
 void SimWorld::tick() { implementation_->tick(); }
 void SimWorld::slip(Duration by) noexcept { implementation_->now_ += by; }
 void SimWorld::place(std::span<const SimDisc> discs) { implementation_->place(discs); }
+void SimWorld::block(const std::optional<Block>& block) { implementation_->block(block); }
 void SimWorld::weaken_drives(double share) noexcept { implementation_->arm_.weaken(share); }
 Time SimWorld::now() const noexcept { return implementation_->now_; }
 
@@ -198,6 +256,7 @@ double SimWorld::kinetic_energy() const noexcept { return implementation_->table
 Vector3 SimWorld::p_WT() const noexcept { return implementation_->arm_.X_WT().translation(); }
 Vector3 SimWorld::v_WT() const noexcept { return implementation_->arm_.v_WT(); }
 std::span<const std::uint64_t> SimWorld::verdicts() const noexcept { return implementation_->drives_.verdicts(); }
+double SimWorld::block_force() const noexcept { return implementation_->block_force_; }
 double SimWorld::peak_torque_share() const noexcept { return implementation_->arm_.peak_torque_share(); }
 
 }  // namespace breakshot::sim_bridge

@@ -10,9 +10,17 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 namespace breakshot::sim_bridge {
+
+/// An upright post that stands on the table where nobody expects it. The rod and the discs run into it; the arm's other links do not.
+struct Block {
+  Vector2 p_W{0.0, 0.0};  ///< axis, m
+  double radius = 0.03;   ///< m
+  double height = 0.2;    ///< m
+};
 
 struct SimSettings {
   TablePhysics physics;
@@ -57,6 +65,10 @@ class SimWorld {
   /// @throws std::invalid_argument that says which disc overlaps what, is off the table, or has an absurd number
   void place(std::span<const SimDisc> discs);
 
+  /// Puts a block on the table, in the place of the one before; nothing takes it away.
+  /// @throws std::invalid_argument that says what it overlaps, that it is off the table, or which number is absurd
+  void block(const std::optional<Block>& block);
+
   /// Lets the drives give only this share of their torque, 0 to 1; 1: all of it. For fault injection.
   void weaken_drives(double share) noexcept;
 
@@ -72,6 +84,9 @@ class SimWorld {
   double kinetic_energy() const noexcept;  ///< of the discs, J
   Vector3 p_WT() const noexcept;           ///< striker tip
   Vector3 v_WT() const noexcept;
+
+  /// Largest force between the rod and the block during the last tick, N.
+  double block_force() const noexcept;
 
   /// How often each CommandVerdict was given.
   std::span<const std::uint64_t> verdicts() const noexcept;

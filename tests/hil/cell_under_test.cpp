@@ -1,5 +1,7 @@
 #include "tests/hil/cell_under_test.hpp"
 
+#include "sim_bridge/faults.hpp"
+
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -111,6 +113,14 @@ bool CellUnderTest::set_fault(std::uint8_t fault, double value) {
   return control(request);
 }
 
+bool CellUnderTest::set_block(const Vector2& p_W, double radius, double height) {
+  SimControl request;
+  request.verb = SimControl::Verb::kSetFault;
+  request.fault = static_cast<std::uint8_t>(sim_bridge::Fault::kBlock);
+  request.discs = {SimDisc{.p_WD = p_W, .radius = radius, .height = height}};
+  return control(request);
+}
+
 bool CellUnderTest::clear_faults() {
   SimControl request;
   request.verb = SimControl::Verb::kClearFaults;
@@ -149,6 +159,8 @@ std::optional<mes::Ack> CellUnderTest::place_order(const mes::Id& order, const m
   } while (steady_clock::now() < give_up);
   return ack;
 }
+
+std::optional<mes::Ack> CellUnderTest::recover() { return mes_->send(mes_->command(mes::Verb::kClear, {}), kAckPatience); }
 
 std::optional<mes::JobState> CellUnderTest::follow(const mes::Id& order, const std::function<bool(const mes::JobState&)>& done,
                                                    Duration patience) {

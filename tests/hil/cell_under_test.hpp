@@ -41,6 +41,8 @@ class CellUnderTest {
   /// Puts a formation on the table and waits until the camera's frames show it. @return false when it never did
   bool set_table(const std::string& formation);
   bool set_fault(std::uint8_t fault, double value = 0.0);
+  /// Stands an upright post on the table that nobody knows of, until clear_faults().
+  bool set_block(const Vector2& p_W, double radius, double height);
   bool clear_faults();
 
   /// The simulator's next truth; nothing within ten seconds means that it stands still.
@@ -52,12 +54,17 @@ class CellUnderTest {
   std::optional<mes::JobState> run_order(const mes::JobSpec& spec = {}, Duration patience = std::chrono::minutes{4});
   /// Sends an order, waiting for a cell that is still getting ready. @return the ack
   std::optional<mes::Ack> place_order(const mes::Id& order, const mes::JobSpec& spec = {});
+  /// Sends a CLEAR, what `./breakshot recover` does. @return the ack
+  std::optional<mes::Ack> recover();
   /// Follows an order until `done` says so. @return its last state then
   std::optional<mes::JobState> follow(const mes::Id& order, const std::function<bool(const mes::JobState&)>& done,
                                       Duration patience = std::chrono::minutes{4});
 
   /// Sends a stroke straight to the controller, as a planner would, and waits for its final status.
   std::optional<StrokeStatus> stroke(StrokeRequest request);
+
+  /// Of the test itself, on the cell's domain.
+  dds::Participant& participant() { return *participant_; }
 
   /// The last lines of every process, for the message of a test that failed.
   std::string logs() const;

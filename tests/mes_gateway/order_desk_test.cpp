@@ -135,6 +135,94 @@ TEST_F(Desk, RefusesWhileTheCellIsNotReady) {
   EXPECT_NE(ack.text.find("camera"), std::string::npos);
 }
 
+TEST_F(Desk, AStoppedCellTakesNoOrderBeforeAClear) {
+  desk->on_stop("protective stop: the drives restarted");
+  advance(milliseconds{10});
+  EXPECT_EQ(desk->state(), PackState::kAborted);
+  EXPECT_FALSE(desk->accepting());
+  const Ack refused = send(Verb::kStoreAndStart);
+  EXPECT_EQ(refused.reason, Reason::kSafetyStop);
+  EXPECT_NE(refused.text.find("the drives restarted"), std::string::npos) << refused.text;
+  EXPECT_NE(refused.text.find("./breakshot recover"), std::string::npos) << refused.text;
+  EXPECT_EQ(send(Verb::kReset).reason, Reason::kSafetyStop);
+  EXPECT_FALSE(desk->take_request(now));
+
+  const Command clear = command(Verb::kClear);
+  EXPECT_FALSE(desk->on_command(clear, now)) << "answered when it is over";
+  EXPECT_EQ(desk->state(), PackState::kClearing);
+  EXPECT_EQ(send(Verb::kClear).reason, Reason::kBadState);
+  EXPECT_EQ(send(Verb::kStoreAndStart).reason, Reason::kBadState);
+  planner_says(TaskPhase::kRecovering);
+  EXPECT_EQ(taken.verb, TaskRequest::Verb::kRecover);
+  EXPECT_FALSE(desk->take_answer());
+  planner_says(TaskPhase::kRecovered);
+  advance(milliseconds{50});
+  EXPECT_FALSE(desk->take_answer()) << "the controller's health still says that it is stopped";
+  desk->on_stop("");
+  advance(milliseconds{50});
+  const auto answer = desk->take_answer();
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->verdict, Verdict::kAccepted);
+  EXPECT_EQ(answer->command_id, clear.command_id);
+  EXPECT_EQ(desk->state(), PackState::kStopped);
+  EXPECT_FALSE(desk->take_answer());
+  EXPECT_EQ(send(clear).verdict, Verdict::kDuplicate);
+  EXPECT_TRUE(desk->accepting());
+  EXPECT_EQ(send(Verb::kReset).verdict, Verdict::kAccepted);
+  EXPECT_EQ(desk->state(), PackState::kIdle);
+  EXPECT_EQ(send(Verb::kStoreAndStart).verdict, Verdict::kAccepted);
+}
+
+TEST_F(Desk, AClearThatCannotBeDoneSaysWhy) {
+  desk->on_stop("controlled stop: another controller sends commands to these drives");
+  advance(milliseconds{10});
+  EXPECT_FALSE(desk->on_command(command(Verb::kClear), now));
+  planner_says(TaskPhase::kFailed, TaskFailure::kControllerFault);
+  const auto refused = desk->take_answer();
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->verdict, Verdict::kRejected);
+  EXPECT_EQ(refused->reason, Reason::kSafetyStop);
+  EXPECT_EQ(desk->state(), PackState::kAborted);
+
+  EXPECT_FALSE(desk->on_command(command(Verb::kClear), now));
+  for (int i = 0; i < 11 && desk->state() == PackState::kClearing; ++i) advance(milliseconds{500});
+  const auto silent = desk->take_answer();
+  ASSERT_TRUE(silent) << "a planner that says nothing is not waited for for ever";
+  EXPECT_EQ(silent->reason, Reason::kNotReady);
+}
+
+TEST_F(Desk, AClearDoesNotEndAnOrder) {
+  send(Verb::kStoreAndStart);
+  planner_says(TaskPhase::kMoving);
+  EXPECT_EQ(send(Verb::kClear).reason, Reason::kBadState);
+  EXPECT_EQ(send(Verb::kReset).reason, Reason::kBadState);
+  EXPECT_EQ(desk->job()->phase, JobPhase::kRunning);
+}
+
+TEST_F(Desk, AStopEndsTheOrderThatRuns) {
+  send(Verb::kStoreAndStart);
+  planner_says(TaskPhase::kLooking);
+  desk->on_stop("protective stop: the drives restarted");
+  advance(milliseconds{10});
+  EXPECT_EQ(desk->job()->phase, JobPhase::kRunning) << "the planner may know more";
+  advance(milliseconds{600});
+  EXPECT_EQ(desk->job()->phase, JobPhase::kAborted);
+  EXPECT_EQ(desk->job()->result, Reason::kSafetyStop);
+  EXPECT_NE(desk->job()->text.find("the drives restarted"), std::string::npos);
+  EXPECT_EQ(desk->state(), PackState::kAborted);
+  const auto request = desk->take_request(now);
+  ASSERT_TRUE(request);
+  EXPECT_EQ(request->verb, TaskRequest::Verb::kCancel) << "its next stroke must not wait for the recovery";
+  taken = *request;
+  // A recovery that comes before the planner has taken the cancel waits for its turn.
+  EXPECT_FALSE(desk->on_command(command(Verb::kClear), now));
+  planner_says(TaskPhase::kFailed, TaskFailure::kControllerFault);
+  EXPECT_FALSE(desk->take_answer());
+  advance(milliseconds{10});
+  planner_says(TaskPhase::kRecovered);
+  EXPECT_EQ(taken.verb, TaskRequest::Verb::kRecover);
+}
+
 TEST_F(Desk, TakesOneOrderAtATime) {
   send(Verb::kStoreAndStart);
   Command second = command(Verb::kStoreAndStart);

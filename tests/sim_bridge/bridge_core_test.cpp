@@ -45,8 +45,8 @@ TEST(Pace, KeepsUpCatchesUpAndSlips) {
 
 TEST(Faults, AreCheckedAtTheDoor) {
   Faults faults;
-  EXPECT_THAT(faults.set(0, 0.0).value(), HasSubstr("allowed: 1 to 8"));
-  EXPECT_THAT(faults.set(9, 0.0).value(), HasSubstr("fault 9 is unknown"));
+  EXPECT_THAT(faults.set(0, 0.0).value(), HasSubstr("allowed: 1 to 9"));
+  EXPECT_THAT(faults.set(10, 0.0).value(), HasSubstr("fault 10 is unknown"));
   EXPECT_THAT(faults.set(1, 1.5).value(), HasSubstr("camera_dark: value 1.5"));
   EXPECT_TRUE(faults.set(4, -1.0));
   EXPECT_TRUE(faults.set(6, std::numeric_limits<double>::quiet_NaN()));
@@ -58,7 +58,7 @@ TEST(Faults, AreCheckedAtTheDoor) {
   EXPECT_TRUE(faults.states_broken());
   faults.clear();
   EXPECT_FALSE(faults.has(Fault::kCameraDark));
-  for (std::uint8_t i = 1; i < 9; ++i) EXPECT_STRNE(to_string(Fault{i}), "invalid");
+  for (std::uint8_t i = 1; i < 10; ++i) EXPECT_STRNE(to_string(Fault{i}), "invalid");
 }
 
 TEST(Mailbox, KeepsTheNewestInOrder) {
@@ -211,6 +211,28 @@ TEST_F(CellWorldTest, WeakDrivesLetTheArmSink) {
   EXPECT_EQ(set(Fault::kDrivesWeak, 0.05), std::nullopt);
   run(200);
   EXPECT_GT((world.world().joint_state().q - before).norm(), 0.01);
+}
+
+TEST_F(CellWorldTest, ABlockStandsUntilTheFaultsAreCleared) {
+  reset("A");
+  EXPECT_THAT(set(Fault::kBlock).value(), HasSubstr("found 0 discs"));
+  EXPECT_FALSE(world.faults().has(Fault::kBlock));
+  WorldOrder order;
+  order.control_seq = ++seq;
+  order.verb = SimControl::Verb::kSetFault;
+  order.fault = static_cast<std::uint8_t>(Fault::kBlock);
+  order.discs = {SimDisc{.p_WD = world.truth().discs[0].p_WD, .radius = 0.02, .height = 0.1}};
+  EXPECT_THAT(world.carry_out(order).value(), HasSubstr("overlaps disc 0"));
+  order.discs[0].p_WD = {0.2, 0.2};
+  EXPECT_EQ(world.carry_out(order), std::nullopt);
+  EXPECT_TRUE(world.faults().has(Fault::kBlock));
+  WorldOrder under;
+  under.discs = {SimDisc{.p_WD = {0.2, 0.22}}};
+  EXPECT_THAT(world.carry_out(under).value(), HasSubstr("overlaps the block"));
+  WorldOrder clear;
+  clear.verb = SimControl::Verb::kClearFaults;
+  EXPECT_EQ(world.carry_out(clear), std::nullopt);
+  EXPECT_EQ(world.carry_out(under), std::nullopt);
 }
 
 TEST_F(CellWorldTest, StatesCanBeSilentOrFrozen) {

@@ -11,6 +11,7 @@ breakshot: a robot cell that singulates discs by hitting and pushing them.
   build [PRESET]        build: release (default), debug, asan, tsan, coverage
   up, down, status      start the cell and leave it running; take it down; see how it does
   order, stop           send an order to the running cell and follow it; cancel it
+  recover               end a stop of the controller: until then no order is taken and nothing moves
   bench [NAME]          run a benchmark; without a name: list them
   perceive, render      run perception on an image; render an image of a formation
   replay FILE           feed a flight record of the controller through its control loop again
@@ -110,6 +111,14 @@ TEXT
 ./breakshot stop
 
 Cancels the order that the running cell works on; the arm finishes its stroke and parks.
+TEXT
+      ;;
+    recover) cat <<'TEXT'
+./breakshot recover
+
+After a protective stop, a lost bridge, a collision or another cause of docs/controller.md the cell takes no order and nothing moves until somebody says
+that it may go on. That is this command: look at the cell first. It says which causes it ended, or what still stands in the way. Nothing moves; the next order does.
+Exit status: 0 nothing is stopped any more, 2 something stands in the way, 3 no answer.
 TEXT
       ;;
     bench) cat <<'TEXT'

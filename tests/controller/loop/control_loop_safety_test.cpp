@@ -253,6 +253,18 @@ TEST_F(LoopSafety, StatesThatAreNoneCountAsLost) {
   }
 }
 
+TEST_F(LoopSafety, TheSameStateAgainAndAgainCountsAsLost) {
+  const JointState frozen = stand.drives.state();
+  for (int i = 0; i < 300; ++i) stand.tick({.instead = frozen});
+  EXPECT_EQ(stand.status().action, Action::kControlledStop);
+  EXPECT_TRUE(stand.status().causes.has(Cause::kStateStale));
+  EXPECT_GT(stand.status().states[static_cast<std::size_t>(safety::StateFlaw::kDuplicate)] +
+                stand.status().states[static_cast<std::size_t>(safety::StateFlaw::kLate)],
+            290U);
+  stand.run(20);
+  expect_stopped_for_good(Cause::kStateStale);
+}
+
 TEST_F(LoopSafety, AFreezeOfDrivesAndLoopForEighteenPeriodsIsNoReasonToStop) {
   stand.tick({.lose_state = true, .freeze = 18});
   EXPECT_EQ(stand.status().action, Action::kRun);
@@ -354,7 +366,7 @@ TEST_F(LoopSafety, DrivesOfAnotherArmAreAFault) {
   stand.request(LoopRequest::Kind::kRecover);
   stand.run(100);
   EXPECT_EQ(stand.status().action, Action::kFault) << "only a restart ends it";
-  EXPECT_FALSE(stand.status().recoverable);
+  EXPECT_TRUE(stand.status().in_the_way.has(Cause::kWrongDrives));
 }
 
 // A point of the trajectory goes bad after the planner's checks, anywhere and in any way: the commands stay smooth.

@@ -44,7 +44,10 @@ LoopConfig ur5e_config() {
 class Executor : public ::testing::Test {
  protected:
   Executor() { stand.drives.place(park_pose()); }
-  void SetUp() override { ASSERT_TRUE(stand.get_ready()); }
+  void SetUp() override {
+    ASSERT_TRUE(stand.get_ready());
+    executor.poll(stand.now());
+  }
 
   static StrokeRequest hit(std::uint64_t id) {
     StrokeRequest request;
@@ -67,6 +70,40 @@ class Executor : public ::testing::Test {
     StrokeRequest request;
     request.id = id;
     return request;
+  }
+  static StrokeRequest recover(std::uint64_t id) {
+    StrokeRequest request;
+    request.id = id;
+    request.kind = StrokeKind::kRecover;
+    return request;
+  }
+  /// The stop that the arm is in lasts: neither a stroke nor a park request moves anything, and each says why and what to do.
+  void expect_stopped(std::uint64_t id, const std::string& cause) {
+    const JointVector rest = stand.drives.state().q;
+    for (const StrokeRequest& request : {hit(id), push(id + 1), park(id + 2)}) {
+      submit(request);
+      const auto refused = finish(request.id);
+      EXPECT_EQ(refused.phase, StrokePhase::kRefused);
+      EXPECT_EQ(refused.reason, RefusalReason::kStopped);
+      EXPECT_NE(refused.text.find(cause), std::string::npos) << refused.text;
+      EXPECT_NE(refused.text.find("./breakshot recover"), std::string::npos) << refused.text;
+      for (int i = 0; i < 300; ++i) tick();
+    }
+    EXPECT_EQ(stand.drives.state().q, rest) << "nothing moves";
+  }
+  /// A recovery moves nothing and makes no jump; the stroke after it runs.
+  void expect_goes_on(std::uint64_t id, const std::string& cause) {
+    const JointVector rest = stand.drives.state().q;
+    submit(recover(id));
+    const auto recovered = finish(id);
+    EXPECT_EQ(recovered.phase, StrokePhase::kDone) << recovered.text;
+    EXPECT_EQ(recovered.text.rfind("ended: ", 0), 0U) << recovered.text;
+    EXPECT_NE(recovered.text.find(cause), std::string::npos) << recovered.text;
+    for (int i = 0; i < 300; ++i) tick();
+    EXPECT_EQ(stand.drives.state().q, rest) << "nothing moves without a fresh request";
+    EXPECT_LT((stand.last.q - rest).cwiseAbs().maxCoeff(), stand.config.give_way_tolerance);
+    submit(hit(id + 1));
+    EXPECT_EQ(finish(id + 1).phase, StrokePhase::kDone);
   }
 
   void submit(const StrokeRequest& request) { executor.submit(request, stand.now()); }
@@ -176,7 +213,7 @@ TEST_F(Executor, TheSameRequestAgainIsTheSameStroke) {
   EXPECT_GT(history.size(), 3U);
 }
 
-TEST_F(Executor, CancelStopsTheStrokeAndAFreshRequestGoesOn) {
+TEST_F(Executor, CancelStopsTheStrokeAndOnlyAParkRequestGoesOn) {
   submit(hit(1));
   run_until_phase(StrokePhase::kTransit);
   for (int i = 0; i < 100; ++i) tick();
@@ -184,8 +221,12 @@ TEST_F(Executor, CancelStopsTheStrokeAndAFreshRequestGoesOn) {
   const auto stopped = finish(1);
   EXPECT_EQ(stopped.phase, StrokePhase::kStopped);
   EXPECT_NE(stopped.text.find("a stop was asked for"), std::string::npos) << stopped.text;
-  submit(park(2));
-  EXPECT_EQ(finish(2).phase, StrokePhase::kDone);
+  submit(hit(2));
+  EXPECT_EQ(finish(2).reason, RefusalReason::kStopped);
+  submit(park(3));
+  EXPECT_EQ(finish(3).phase, StrokePhase::kDone);
+  submit(hit(4));
+  EXPECT_EQ(finish(4).phase, StrokePhase::kDone);
 }
 
 TEST_F(Executor, AParkRequestStopsTheStrokeUnderWayAndParks) {
@@ -197,7 +238,7 @@ TEST_F(Executor, AParkRequestStopsTheStrokeUnderWayAndParks) {
   EXPECT_LT((stand.drives.state().q - park_pose()).cwiseAbs().maxCoeff(), 1e-6);
 }
 
-TEST_F(Executor, IsNotReadyWithoutStatesAndGoesOnWhenTheyComeBack) {
+TEST_F(Executor, LostStatesStopItUntilARecovery) {
   submit(hit(1));
   run_until_phase(StrokePhase::kTransit);
   for (int i = 0; i < 600; ++i) tick({.lose_state = true});
@@ -208,14 +249,83 @@ TEST_F(Executor, IsNotReadyWithoutStatesAndGoesOnWhenTheyComeBack) {
   submit(hit(2));
   tick({.lose_state = true});
   const auto refused = finish(2, 1);
-  EXPECT_EQ(refused.reason, RefusalReason::kNotReady);
+  EXPECT_EQ(refused.reason, RefusalReason::kStopped);
   EXPECT_NE(refused.text.find("no fresh joint state"), std::string::npos) << refused.text;
 
-  const JointVector rest = stand.drives.state().q;
+  submit(recover(3));
+  tick({.lose_state = true});
+  const auto still = finish(3, 1);
+  EXPECT_EQ(still.phase, StrokePhase::kRefused);
+  EXPECT_EQ(still.reason, RefusalReason::kNotReady);
+  EXPECT_NE(still.text.find("in the way: no fresh joint state"), std::string::npos) << still.text;
+
   for (int i = 0; i < 500; ++i) tick();
-  EXPECT_EQ(stand.drives.state().q, rest) << "nothing moves without a fresh request";
-  submit(hit(3));
-  EXPECT_EQ(finish(3).phase, StrokePhase::kDone);
+  expect_stopped(10, "no fresh joint state");
+  expect_goes_on(20, "no fresh joint state");
+}
+
+TEST_F(Executor, ARecoverySaysWhatStandsInTheWay) {
+  executor.report_foreign_commander();
+  for (int i = 0; i < 100; ++i) tick();
+  submit(recover(1));
+  for (int i = 0; i < 2500 && finals(1) == 0; ++i) {
+    executor.report_foreign_commander();  // it goes on sending
+    tick();
+  }
+  const auto refused = finish(1);
+  EXPECT_EQ(refused.phase, StrokePhase::kRefused);
+  EXPECT_NE(refused.text.find("in the way: another controller"), std::string::npos) << refused.text;
+  expect_stopped(10, "another controller");
+  for (int i = 0; i < 1100; ++i) tick();
+  expect_goes_on(20, "another controller");
+}
+
+TEST_F(Executor, ARecoveryWithNothingStoppedIsDoneAndDoesNothing) {
+  submit(recover(1));
+  const auto done = finish(1);
+  EXPECT_EQ(done.phase, StrokePhase::kDone);
+  EXPECT_EQ(done.text, "nothing was stopped");
+  submit(hit(2));
+  run_until_phase(StrokePhase::kTransit);
+  submit(recover(3));
+  EXPECT_EQ(finish(3).reason, RefusalReason::kBusy);
+  EXPECT_EQ(finish(2).phase, StrokePhase::kDone);
+}
+
+TEST_F(Executor, DrivesThatRestartTwiceNeedOneRecovery) {
+  submit(hit(1));
+  run_until_phase(StrokePhase::kTransit);
+  for (int restart = 0; restart < 2; ++restart) {
+    stand.restart_drives();
+    for (int i = 0; i < 600; ++i) tick();
+    EXPECT_LT((stand.last.q - stand.drives.state().q).cwiseAbs().maxCoeff(), 1e-9);
+  }
+  EXPECT_EQ(finish(1).phase, StrokePhase::kStopped);
+  expect_stopped(10, "the drives restarted");
+  expect_goes_on(20, "the drives restarted");
+}
+
+// A machine that starts five programs at once may hold the loop up before it has ever been ready: that is not for an operator to end.
+TEST_F(Executor, WhatStopsTheLoopBeforeItWasEverReadyEndsByItself) {
+  Stand fresh{ur5e_config()};
+  fresh.drives.place(park_pose());
+  StrokeExecutor starting{planner, fresh.channels};
+  ASSERT_TRUE(fresh.get_ready());  // but nobody has seen it
+  fresh.tick({.lose_state = true, .freeze = 60});
+  fresh.run(5);
+  ASSERT_TRUE(fresh.status().stopped());
+  for (int i = 0; i < 500 && !fresh.status().ready(); ++i) {
+    fresh.tick();
+    starting.poll(fresh.now());
+  }
+  EXPECT_TRUE(fresh.status().ready());
+  starting.poll(fresh.now());
+  fresh.tick({.lose_state = true, .freeze = 60});
+  for (int i = 0; i < 1000; ++i) {
+    fresh.tick();
+    starting.poll(fresh.now());
+  }
+  EXPECT_TRUE(fresh.status().stopped()) << "from then on it is";
 }
 
 TEST_F(Executor, StatesThatAreLateAtTheHandOverOnlyDelayTheStroke) {
@@ -248,8 +358,9 @@ TEST_F(Executor, AFollowingErrorIsToldWithItsFigures) {
   EXPECT_EQ(stopped.phase, StrokePhase::kStopped);
   EXPECT_NE(stopped.text.find("joint 1 is off by"), std::string::npos) << stopped.text;
   stand.drives.unblock();
-  submit(park(2));
-  EXPECT_EQ(finish(2).phase, StrokePhase::kDone);
+  for (int i = 0; i < 500; ++i) tick();
+  expect_stopped(10, "the arm is not where it was told to be");
+  expect_goes_on(20, "the arm is not where it was told to be");
 }
 
 }  // namespace

@@ -163,7 +163,8 @@ TEST_F(ControllerNode, StopsWhenTheBridgeDiesAndGoesOnOnlyWhenAskedTo) {
   EXPECT_EQ(stopped.phase, StrokePhase::kStopped);
   EXPECT_NE(stopped.text.find("no fresh joint state"), std::string::npos) << stopped.text;
   const auto refused = ask(hit(2), final);
-  EXPECT_EQ(refused.reason, RefusalReason::kNotReady);
+  EXPECT_EQ(refused.reason, RefusalReason::kStopped);
+  EXPECT_NE(refused.text.find("./breakshot recover"), std::string::npos) << refused.text;
 
   drives_.restart();
   start_bridge(false);
@@ -181,9 +182,15 @@ TEST_F(ControllerNode, StopsWhenTheBridgeDiesAndGoesOnOnlyWhenAskedTo) {
   }));
   EXPECT_LT((bridge_->drives().state().q - rest).cwiseAbs().maxCoeff(), 1e-6) << "nothing moves without a fresh request";
 
-  // A machine under load may stop a stroke; a planner asks again, and so does this test.
+  EXPECT_EQ(ask(park(3), final).reason, RefusalReason::kStopped) << "nothing moves without a recovery";
+  // A machine under load may stop the arm once more; an operator asks again, and so does this test.
   StrokePhase phase = StrokePhase::kRefused;
-  for (std::uint64_t id = 3; id < 8 && phase != StrokePhase::kDone; ++id) phase = ask(park(id), final).phase;
+  for (std::uint64_t id = 4; id < 14 && phase != StrokePhase::kDone; id += 2) {
+    StrokeRequest recover = park(id);
+    recover.kind = StrokeKind::kRecover;
+    ask(recover, final);
+    phase = ask(park(id + 1), final).phase;
+  }
   EXPECT_EQ(phase, StrokePhase::kDone) << controller_->log();
   EXPECT_LT((bridge_->drives().state().q - park_pose()).cwiseAbs().maxCoeff(), 1e-3);
 }

@@ -67,6 +67,12 @@ TEST(FailSafe, RecoversOnlyAtRestWithNoConditionLeftAndNeverFromAFault) {
       start.update(set_of(present));
       const bool may = !has_rule(set_of(present), Clear::kRecovery) && !has_rule(start.active(), Clear::kNever);
       ASSERT_EQ(start.recoverable(), may);
+      for (std::size_t i = 0; i < kCauses; ++i) {
+        const auto cause = static_cast<Cause>(i);
+        const bool bars = (kRules[i].clear == Clear::kNever && start.active().has(cause)) ||
+                          (kRules[i].clear == Clear::kRecovery && set_of(present).has(cause));
+        ASSERT_EQ(start.in_the_way().has(cause), bars) << to_string(cause);
+      }
       for (const bool at_rest : {false, true}) {
         FailSafe machine = start;
         ASSERT_EQ(machine.recover(at_rest), may && at_rest);

@@ -59,7 +59,9 @@ class TaskCell {
   bool controller_dead = false;
   int deaf_to = 0;                    ///< stroke messages that get lost
   std::deque<StrokeStatus> refusals;  ///< answers to the next strokes instead of running them; id and stamp are filled in
-  int stops = 0;                      ///< strokes that are stopped on the way
+  int stops = 0;               ///< strokes that are stopped on the way; the controller then stays stopped until it is asked to recover
+  bool stopped = false;        ///< the controller refuses whatever moves
+  bool unrecoverable = false;  ///< and to recover
   bool camera_dead = false;
   SceneQuality quality = SceneQuality::kOk;
   double noise_speed = 0.003;         ///< that perception reports of a table at rest, m/s
@@ -106,6 +108,7 @@ class TaskCell {
       rests_ = now + std::chrono::milliseconds{300};
     }
     if (moving_->stop && at(200)) {
+      stopped = true;
       status.phase = StrokePhase::kStopped;
       status.text = "following error";
     } else if (at(park ? 100 : 800)) {
@@ -158,6 +161,18 @@ class TaskCell {
       status.id = stroke.id;
       status.stamp = now;
       status.phase = StrokePhase::kRefused;
+      runner.on_stroke_status(status, now);
+      return;
+    }
+    if (stroke.kind == StrokeKind::kRecover || stopped) {
+      StrokeStatus status;
+      status.id = stroke.id;
+      status.stamp = now;
+      const bool done = stroke.kind == StrokeKind::kRecover && !unrecoverable;
+      status.phase = done ? StrokePhase::kDone : StrokePhase::kRefused;
+      if (!done) status.reason = stroke.kind == StrokeKind::kRecover ? RefusalReason::kNotReady : RefusalReason::kStopped;
+      status.text = done ? "ended: following error" : "following error";
+      if (done) stopped = false;
       runner.on_stroke_status(status, now);
       return;
     }

@@ -149,20 +149,64 @@ TEST(TaskRunner, WaitsForAControllerThatIsBusyOrNotReady) {
   }
 }
 
-TEST(TaskRunner, ParksAndLooksAgainAfterAStopButNotForEver) {
-  TaskCell once{test::formation("C"), "paper"};
-  once.stops = 1;
-  once.runner.on_request(TaskCell::order(), once.now);
-  ASSERT_TRUE(once.play_to_end());
-  EXPECT_EQ(once.runner.status().phase, TaskPhase::kSingulated);
-  EXPECT_EQ(once.outcomes[0].stroke_phase, StrokePhase::kStopped);
+TEST(TaskRunner, AStoppedStrokeEndsTheOrderAndNothingMovesBeforeARecoveryAndAFreshOrder) {
+  TaskCell cell{test::formation("C"), "paper"};
+  cell.stops = 1;
+  cell.runner.on_request(TaskCell::order(), cell.now);
+  ASSERT_TRUE(cell.play_to_end());
+  EXPECT_EQ(cell.runner.status().failure, TaskFailure::kControllerFault);
+  EXPECT_NE(cell.runner.status().text.find("following error"), std::string::npos) << cell.runner.status().text;
+  EXPECT_EQ(cell.outcomes.back().stroke_phase, StrokePhase::kStopped);
+  EXPECT_EQ(cell.outcomes.size(), cell.plans.size());
+  const auto received = cell.received.size();
 
-  TaskCell always{test::formation("C"), "paper"};
-  always.stops = 1000;
-  always.runner.on_request(TaskCell::order(), always.now);
-  ASSERT_TRUE(always.play_to_end());
-  EXPECT_EQ(always.runner.status().failure, TaskFailure::kControllerFault);
-  EXPECT_EQ(always.run.back().kind, StrokeKind::kPark);
+  auto next = TaskCell::order(2);
+  next.order_id[0] = 43;
+  cell.runner.on_request(next, cell.now);
+  ASSERT_TRUE(cell.play_to_end());
+  EXPECT_EQ(cell.runner.status().failure, TaskFailure::kControllerFault) << "a fresh order alone does not do";
+  EXPECT_EQ(cell.received.size(), received + 1) << "asked once, not until somebody recovers";
+
+  cell.send(Verb::kRecover, 3);
+  ASSERT_TRUE(cell.play_to_end());
+  EXPECT_EQ(cell.runner.status().phase, TaskPhase::kRecovered);
+  EXPECT_EQ(cell.runner.status().request_seq, 3U);
+  EXPECT_EQ(cell.runner.status().text, "ended: following error");
+  const auto run = cell.run.size();
+  cell.play_for(seconds{5});
+  EXPECT_EQ(cell.run.size(), run) << "a recovery alone does not do";
+
+  auto third = TaskCell::order(4);
+  third.order_id[0] = 44;
+  cell.runner.on_request(third, cell.now);
+  ASSERT_TRUE(cell.play_to_end());
+  EXPECT_EQ(cell.runner.status().phase, TaskPhase::kSingulated) << cell.runner.status().text;
+}
+
+TEST(TaskRunner, TellsWhyTheControllerDoesNotRecover) {
+  TaskCell cell{test::formation("C"), "paper"};
+  cell.stopped = cell.unrecoverable = true;
+  cell.send(Verb::kRecover, 1);
+  ASSERT_TRUE(cell.play_to_end());
+  EXPECT_EQ(cell.runner.status().phase, TaskPhase::kFailed);
+  EXPECT_EQ(cell.runner.status().text, "following error");
+
+  TaskCell dead{test::formation("C"), "paper"};
+  dead.controller_dead = true;
+  dead.send(Verb::kRecover, 1);
+  ASSERT_TRUE(dead.play_to_end(seconds{10}));
+  EXPECT_EQ(dead.runner.status().phase, TaskPhase::kFailed);
+}
+
+TEST(TaskRunner, DoesNotRecoverWhileAnOrderRuns) {
+  TaskCell cell{test::formation("A"), "paper"};
+  cell.runner.on_request(TaskCell::order(), cell.now);
+  ASSERT_TRUE(cell.play_until(TaskPhase::kMoving));
+  cell.send(Verb::kRecover, 2);
+  EXPECT_EQ(cell.runner.status().request_seq, 2U);
+  EXPECT_EQ(cell.runner.status().phase, TaskPhase::kMoving);
+  ASSERT_TRUE(cell.play_to_end());
+  EXPECT_EQ(cell.runner.status().phase, TaskPhase::kSingulated);
 }
 
 TEST(TaskRunner, CancelsInEveryPhaseWithTheArmParked) {
