@@ -89,8 +89,9 @@ class Planner {
 
   void run() {
     const process::HealthPublisher health{process_, participant_, [this](Health& h) {
-                                            h.state = HealthState::kReady;
-                                            h.text = "strategy " + config_.strategy;
+                                            h.state = knows_time() ? HealthState::kReady : HealthState::kStarting;
+                                            h.text = knows_time() ? "strategy " + config_.strategy
+                                                                  : "waits for the first stamp of the cell clock";
                                             h.cycles = cycles_;
                                             h.dropped = inbox_.dropped();
                                             return std::exchange(cycles_reported_, cycles_.load()) != cycles_;
@@ -103,9 +104,9 @@ class Planner {
       }
       ++cycles_;
       watch_clock();
-      runner_.on_tick(now());
-      carry_out();
       const Time wall = process::monotonic_now();
+      runner_.on_tick(now(), wall - std::exchange(ticked_, wall));
+      carry_out();
       if (wall - status_sent_ >= kStatusEvery) publish(runner_.status());
     }
     if (runner_.running()) spdlog::warn("code=task_left the process ends while a task runs; the controller ends its stroke by itself");
@@ -113,13 +114,17 @@ class Planner {
 
  private:
   Time now() const noexcept { return process_.clock().now(); }
+  /// False in lockstep until a first stamp came: a task that began before would take the time of the cell so far for its own.
+  bool knows_time() const noexcept { return now() > Time{}; }
   /// A message that repeats an old stamp (the controller's newest stroke status, at 50 Hz) does not show that time goes on.
   void observe(Time stamp) noexcept {
     if (stamp > now()) stamp_seen_ = process::monotonic_now();
     process_.clock().observe(stamp);
   }
 
-  void handle(const TaskRequest& request) { runner_.on_request(request, now()); }
+  void handle(const TaskRequest& request) {
+    if (knows_time()) runner_.on_request(request, now());  // else it is sent again
+  }
   void handle(const Scene& scene) {
     observe(scene.exposed);
     runner_.on_scene(scene, now());
@@ -182,6 +187,7 @@ class Planner {
   Time stamp_seen_{};
   Time running_since_{};
   Time status_sent_{};
+  Time ticked_ = process::monotonic_now();
   TaskPhase told_phase_ = TaskPhase::kIdle;
 
   dds::Writer<StrokeRequest> strokes_{participant_};

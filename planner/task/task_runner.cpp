@@ -1,5 +1,7 @@
 #include "planner/task/task_runner.hpp"
 
+#include "common/outside.hpp"
+
 #include <algorithm>
 #include <cstdio>
 #include <limits>
@@ -44,12 +46,6 @@ std::uint32_t singulated_discs(const Scene& scene, double min_gap) {
     }
     count += apart ? 1 : 0;
   }
-  return count;
-}
-
-std::uint32_t discs_outside(const Scene& scene, const Rect& region) {
-  std::uint32_t count = 0;
-  for (const auto& disc : scene.discs) count += region.contains(disc.p_WD) ? 0 : 1;
   return count;
 }
 
@@ -124,6 +120,7 @@ void TaskRunner::on_request(const TaskRequest& request, Time now) {
 
 void TaskRunner::start(const TaskRequest& request, Time now) {
   task_ = request;
+  last_tick_ = now;
   const Time stamp = status_.stamp;
   status_ = {};
   status_.order_id = request.order_id;
@@ -169,7 +166,7 @@ void TaskRunner::on_scene(const Scene& scene, Time now) {
   advance(now);
   const bool looking = status_.phase == TaskPhase::kLooking || status_.phase == TaskPhase::kSettling;
   if (!looking || link_.active() || ending_) return;
-  switch (watch_.on_scene(scene, now)) {
+  switch (watch_.on_scene(scene)) {
     case SceneWatch::Verdict::kAtRest:
       if (status_.phase == TaskPhase::kSettling) set_phase(TaskPhase::kLooking, "looking at the table");
       break;
@@ -207,14 +204,9 @@ void TaskRunner::judge(const Scene& scene, Time now) {
     return;
   }
 
-  status_.discs_lost = discs_outside(scene, task_.region);
+  status_.discs_lost = static_cast<std::uint32_t>(count_outside(scene.discs, task_.region));
   if (outcome_due_) emit_outcome(*outcome_due_);
-  if (status_.discs_lost > 0) {
-    fail(TaskFailure::kDiscLost,
-         std::to_string(status_.discs_lost) + " of " + std::to_string(status_.discs_seen) + " discs rest outside the region", now);
-    return;
-  }
-  if (status_.smallest_gap >= task_.min_gap) {
+  if (status_.smallest_gap >= task_.min_gap && status_.discs_lost == 0) {
     const std::string gap = status_.discs_seen < 2 ? "one disc alone" : "smallest gap " + in_millimetres(status_.smallest_gap);
     finish({TaskPhase::kSingulated, TaskFailure::kNone, "singulated: " + gap}, now);
     return;
@@ -226,10 +218,12 @@ void TaskRunner::judge(const Scene& scene, Time now) {
 
 // ---- ends
 
-void TaskRunner::on_tick(Time now) {
+void TaskRunner::on_tick(Time now, Duration real) {
+  const Duration passed = std::clamp(now - last_tick_, Duration::zero(), real);
+  last_tick_ = std::max(last_tick_, now);
   advance(now);
   if (!running()) return;
-  switch (link_.check(now)) {
+  switch (link_.check(now, passed)) {
     case StrokeLink::Need::kSend: actions_.emplace_back(SendStroke{link_.request()}); break;
     case StrokeLink::Need::kGiveUp: {
       const auto& said = link_.status();
@@ -248,7 +242,8 @@ void TaskRunner::on_tick(Time now) {
   }
   const bool looking = status_.phase == TaskPhase::kLooking || status_.phase == TaskPhase::kSettling;
   if (!looking || link_.active()) return;
-  if (watch_.silent(now)) {
+  watch_.wait(passed);
+  if (watch_.silent()) {
     fail(TaskFailure::kNoScene, watch_.trouble().empty() ? "no scene comes from perception" : watch_.trouble(), now);
   } else if (watch_.restless(now)) {
     fail(TaskFailure::kNoScene, "the discs do not come to rest", now);

@@ -49,7 +49,9 @@ class TaskRunner {
   void on_scene(const Scene& scene, Time now);
   void on_stroke_status(const StrokeStatus& status, Time now);
   void on_decision(std::uint64_t ticket, strategy::Decision decision, Duration think, Time now);
-  void on_tick(Time now);
+  /// @param real  time since the last call by a clock that others live by as well. Patience with them counts the shorter of the two: in lockstep
+  ///              the cell clock runs many times as fast as processes on a busy machine can answer
+  void on_tick(Time now, Duration real = Duration::max());
   /// The cell clock stands still (lockstep: simulator, camera or controller are gone), seen by somebody with another clock.
   void on_clock_stopped(Time now);
 
@@ -98,6 +100,7 @@ class TaskRunner {
   bool pause_asked_ = false;
   bool parked_ = false;         // the last stroke ended with the arm parked
   bool parked_before_ = false;  // the same before the stroke under way
+  Time last_tick_{};
   Time accounted_to_{};
   Duration unpaused_{};  // time spent on the task without pauses
 
