@@ -84,6 +84,7 @@ class Planner {
         participant_{process.cell().dds.cell, "breakshot-planner"},
         arm_{config.ask_arm ? std::make_unique<Arm>(process.config(), process.cell()) : nullptr},
         runner_{config.task, config.strategy, first_stroke_id()},
+        estimate_{config.estimate, config.settings},
         thinker_{strategy::make_strategy(config.strategy, config.settings), arm_ ? &arm_->filter : nullptr,
                  [this](Decided decided) { inbox_.put(std::move(decided)); }} {}
 
@@ -127,6 +128,7 @@ class Planner {
   }
   void handle(const Scene& scene) {
     observe(scene.exposed);
+    estimate_.on_scene(scene);
     runner_.on_scene(scene, now());
   }
   void handle(const StrokeStatus& status) {
@@ -149,7 +151,17 @@ class Planner {
     for (auto& action : runner_.take_actions()) std::visit([this](auto& a) { act(a); }, action);
   }
   void act(const task::SendStroke& send) { strokes_.write(send.stroke); }
-  void act(task::RunStrategy& question) { thinker_.ask(std::move(question)); }
+  void act(task::RunStrategy& question) {
+    if (config_.learn) question.context.belief = estimate_.belief(question.scene);
+    thinker_.ask(std::move(question));
+  }
+  void act(const estimate::ObservedHit& hit) {
+    estimate_.on_hit(hit);
+    const auto friction = estimate_.friction().belief();
+    const auto restitution = estimate_.restitution().belief();
+    spdlog::info("code=learnt friction={:.3f}+-{:.3f} looks={} restitution={:.3f}+-{:.3f}", friction.mean, friction.sigma,
+                 estimate_.friction().looks(), restitution.mean, restitution.sigma);
+  }
   void act(const Plan& plan) {
     spdlog::info("code=plan stroke={} think_ms={:.1f} {}", plan.stroke.id, 1e3 * to_seconds(plan.think), plan.why);
     plans_.write(plan);
@@ -181,6 +193,7 @@ class Planner {
   dds::Participant participant_;
   std::unique_ptr<Arm> arm_;
   task::TaskRunner runner_;
+  estimate::TableEstimate estimate_;
   Inbox inbox_;
   std::atomic<std::uint64_t> cycles_{0};
   std::uint64_t cycles_reported_ = 0;

@@ -205,7 +205,12 @@ void TaskRunner::judge(const Scene& scene, Time now) {
   }
 
   status_.discs_lost = static_cast<std::uint32_t>(count_outside(scene.discs, task_.region));
-  if (outcome_due_) emit_outcome(*outcome_due_);
+  if (outcome_due_) {
+    if (stroke_run_.kind == StrokeKind::kHit && outcome_due_->phase == StrokePhase::kDone) {
+      actions_.emplace_back(estimate::ObservedHit{scene_, scene, stroke_run_, outcome_due_->contact_speed});
+    }
+    emit_outcome(*outcome_due_);
+  }
   if (status_.smallest_gap >= task_.min_gap && status_.discs_lost == 0) {
     const std::string gap = status_.discs_seen < 2 ? "one disc alone" : "smallest gap " + in_millimetres(status_.smallest_gap);
     finish({TaskPhase::kSingulated, TaskFailure::kNone, "singulated: " + gap}, now);

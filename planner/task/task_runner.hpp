@@ -3,6 +3,7 @@
 #include "common/scene.hpp"
 #include "common/stroke.hpp"
 #include "common/task.hpp"
+#include "planner/estimate/restitution_estimate.hpp"
 #include "planner/strategy/strategy.hpp"
 #include "planner/task/scene_watch.hpp"
 #include "planner/task/stroke_link.hpp"
@@ -24,11 +25,11 @@ struct SendStroke {
 struct RunStrategy {
   std::uint64_t ticket = 0;
   Scene scene;
-  strategy::DecisionContext context;  ///< the filter is the caller's to add
+  strategy::DecisionContext context;  ///< filter and belief are the caller's to add
 };
 
-/// What a task wants done, in order. TaskStatus: publish it, something changed.
-using Action = std::variant<SendStroke, RunStrategy, Plan, Outcome, TaskStatus>;
+/// What a task wants done, in order. TaskStatus: publish it, something changed. ObservedHit: learn from it.
+using Action = std::variant<SendStroke, RunStrategy, Plan, Outcome, estimate::ObservedHit, TaskStatus>;
 
 /// Runs one task at a time to its end: look, decide, act, look again, until singulated or given up for a stated reason.
 ///
@@ -121,6 +122,7 @@ class TaskRunner {
   int stops_ = 0;
   std::uint64_t plans_ = 0;
   std::optional<StrokeStatus> outcome_due_;  // of a stroke whose result has not been seen yet
+  StrokeRequest stroke_run_;                 // that stroke
 };
 
 }  // namespace breakshot::task

@@ -140,6 +140,7 @@ void TaskRunner::stroke_over(Time now) {
 
   ++(stroke.kind == StrokeKind::kHit ? status_.hits : status_.pushes);
   outcome_due_ = status;
+  stroke_run_ = stroke;
   const bool stopped = status.phase == StrokePhase::kStopped;
   parked_ = !stopped && stroke.park_after;
   stops_ = stopped ? stops_ + 1 : 0;

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace breakshot::bench {
 
@@ -82,6 +83,22 @@ Foresight foresight_of(const Group& group) {
     });
   }
   return {calibration(p_singulated, singulated), calibration(p_lost, lost), p_singulated.size()};
+}
+
+Learnt learnt_after(const Group& group, std::size_t strokes) {
+  std::vector<double> friction, restitution;
+  std::size_t within = 0;
+  for (const auto* record : group) {
+    const auto& beliefs = record->result.beliefs;
+    if (beliefs.size() < strokes) continue;
+    const auto& belief = beliefs[strokes - 1];
+    friction.push_back(std::abs(belief.friction.mean - record->friction) / record->friction);
+    restitution.push_back(std::abs(belief.restitution.mean - record->restitution) / record->restitution);
+    within += std::abs(belief.friction.mean - record->friction) <= 2.0 * belief.friction.sigma ? 1 : 0;
+  }
+  if (friction.empty()) return {};
+  return {friction.size(), quantile(friction, 0.5), quantile(restitution, 0.5), quantile(friction, 0.9),
+          static_cast<double>(within) / static_cast<double>(friction.size())};
 }
 
 void print_head() {

@@ -33,6 +33,16 @@ struct Foresight {
 };
 Foresight foresight_of(const Group& group);
 
+/// How far what was learnt is from the truth after so many strokes.
+struct Learnt {
+  std::size_t episodes = 0;
+  double friction_error = 0.0, restitution_error = 0.0;  ///< median of the absolute error, relative
+  double friction_error_p90 = 0.0;
+  double friction_in_two_sigma = 0.0;  ///< share of the episodes in which the truth is that near: 0.95 is right
+};
+/// @param strokes  counts from 1; episodes with fewer are left out
+Learnt learnt_after(const Group& group, std::size_t strokes);
+
 /// The table's head and rows, for people.
 void print_head();
 void print_row(const std::string& formation, const std::string& strategy, const Group& group);

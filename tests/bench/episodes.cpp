@@ -47,6 +47,8 @@ EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec,
   const auto& result = record.result;
   record.success =
       result.task.phase == TaskPhase::kSingulated && result.truly_lost == 0 && result.true_gap >= settings.cell.target_gap - kGapTolerance;
+  record.friction = world.physics.friction;
+  record.restitution = world.physics.restitution;
   record.min_gap = settings.cell.target_gap;
   record.time_s = record.success ? to_seconds(result.duration) : kFailureTime;
   return record;

@@ -24,6 +24,7 @@ struct EpisodeRecord {
   bool success = false;  ///< the order ended as singulated, and by truth no disc is lost and no gap is short by more than kGapTolerance
   double time_s = 0.0;   ///< of the cell clock; kFailureTime for a failure
   double min_gap = 0.0;  ///< that the order asked for, m
+  double friction = 0.0, restitution = 0.0;  ///< the world's, which the planner may have learnt
 };
 
 /// What perception may be wrong by, m: the planner stops when it *sees* every gap reach G.

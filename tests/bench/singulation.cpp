@@ -138,6 +138,22 @@ void report_foresight(const std::string& strategy, const Group& group, nlohmann:
              found.singulated.brier, found.singulated.brier_base, found.lost.brier, found.lost.brier_base, found.strokes);
 }
 
+void report_learning(const std::string& strategy, const Group& group, nlohmann::json& metrics) {
+  for (const std::size_t strokes : {1, 2, 3}) {
+    const Learnt found = learnt_after(group, strokes);
+    if (found.episodes == 0) continue;
+    const std::string name = strategy + ".after_" + std::to_string(strokes) + "_strokes.";
+    metrics[name + "friction_error_median"] = found.friction_error;
+    metrics[name + "friction_error_p90"] = found.friction_error_p90;
+    metrics[name + "friction_in_two_sigma"] = found.friction_in_two_sigma;
+    metrics[name + "restitution_error_median"] = found.restitution_error;
+    fmt::print(
+        "{}: after {} stroke{} mu is off by {:.1f} % (median), {:.1f} % (p90), within 2 sigma in {:.0f} %; e by {:.1f} %; {} episodes\n",
+        strategy, strokes, strokes == 1 ? "" : "s", 100.0 * found.friction_error, 100.0 * found.friction_error_p90,
+        100.0 * found.friction_in_two_sigma, 100.0 * found.restitution_error, found.episodes);
+  }
+}
+
 int run(const SingulationArguments& arguments) {
   auto settings = support::load_in_process_settings(arguments.config, arguments.overrides);
   WorldSpread spread = arguments.spread;
@@ -172,6 +188,8 @@ int run(const SingulationArguments& arguments) {
   }
   report_comparisons(arguments.strategies, all, metrics);
   for (const auto& strategy : arguments.strategies) report_foresight(strategy, all[strategy], metrics);
+  for (const auto& strategy : settings.learn ? arguments.strategies : std::vector<std::string>{})
+    report_learning(strategy, all[strategy], metrics);
   fmt::print(
       "(a failure counts as {:.0f} s; time of the cell clock, {:.0f} ms charged for each decision, {:.0f} ms for one of `robust`; {} "
       "camera)\n",

@@ -44,7 +44,8 @@ struct InProcessCell::Episode {
         perceiver{settings.perception, settings.camera_model},
         noise_model{settings.perception},
         strategy{strategy::make_strategy(strategy_name, settings.strategy)},
-        runner{task, strategy_name} {}
+        runner{task, strategy_name},
+        estimate{settings.estimate, settings.strategy} {}
 
   struct Exposure {
     sim_bridge::WorldSnapshot snapshot;
@@ -67,6 +68,7 @@ struct InProcessCell::Episode {
   NoiseModelCamera noise_model;
   std::unique_ptr<strategy::Strategy> strategy;
   task::TaskRunner runner;
+  estimate::TableEstimate estimate;
   std::deque<Exposure> exposures;
   std::optional<Thought> thought;
   Time next_exposure = kStart;
@@ -173,8 +175,10 @@ void InProcessCell::look(Episode& episode) {
   while (!episode.exposures.empty() && now >= episode.exposures.front().due) {
     const auto exposure = std::move(episode.exposures.front());
     episode.exposures.pop_front();
-    if (!looked_at(episode)) continue;
-    episode.runner.on_scene(see(episode, exposure.snapshot, exposure.frame), now);
+    if (!looked_at(episode, exposure.snapshot)) continue;
+    const Scene scene = see(episode, exposure.snapshot, exposure.frame);
+    episode.estimate.on_scene(scene);
+    episode.runner.on_scene(scene, now);
   }
 }
 
@@ -193,16 +197,17 @@ Scene InProcessCell::see(Episode& episode, const sim_bridge::WorldSnapshot& snap
   return episode.perceiver.process(color, &depth);
 }
 
-/// Whether the planner could decide on a frame that arrives now. Rendering is most of what an episode costs, so frames that it would throw away
-/// are not drawn: outside of looking and settling, before the arm is parked, and while discs are far too fast to count as at rest.
-bool InProcessCell::looked_at(const Episode& episode) const {
+/// Whether anything comes of a frame that arrives now. Rendering is most of what an episode costs, so frames that the planner would throw away
+/// are not drawn: it learns from discs that slide, and decides on what it sees with the arm parked once no disc is far too fast to count as at rest.
+bool InProcessCell::looked_at(const Episode& episode, const sim_bridge::WorldSnapshot& snapshot) const {
   constexpr double kFastDisc = 0.1;  // m/s; five times what counts as at rest
+  double fastest = 0.0;
+  for (const SimDisc& disc : snapshot.discs) fastest = std::max(fastest, disc.v_WD_W.norm());
+  if (settings_.learn && fastest > 0.0) return true;
   const TaskPhase phase = episode.runner.status().phase;
   if (phase != TaskPhase::kLooking && phase != TaskPhase::kSettling) return false;
   const auto& stroke = episode.executor.newest();
-  if (stroke && !is_final(stroke->phase)) return false;
-  const SimTruth truth = episode.world.truth();
-  return std::all_of(truth.discs.begin(), truth.discs.end(), [](const SimDisc& d) { return d.v_WD_W.norm() < kFastDisc; });
+  return (!stroke || is_final(stroke->phase)) && fastest < kFastDisc;
 }
 
 void InProcessCell::carry_out(Episode& episode) {
@@ -214,14 +219,18 @@ void InProcessCell::carry_out(Episode& episode) {
       const auto began = std::chrono::steady_clock::now();
       strategy::DecisionContext context = run->context;
       if (settings_.ask_arm) context.filter = &arm_filter_;
+      if (settings_.learn) context.belief = episode.estimate.belief(run->scene);
       auto decision = episode.strategy->decide(run->scene, context);
       episode.result.decision_s.push_back(to_seconds(std::chrono::steady_clock::now() - began));
       const Duration charge = episode.strategy->name() == "robust" ? settings_.robust_think_charge : settings_.think_charge;
       episode.thought = Episode::Thought{run->ticket, std::move(decision), charge, now + charge};
     } else if (auto* plan = std::get_if<Plan>(&action)) {
       episode.result.plans.push_back(std::move(*plan));
+    } else if (auto* hit = std::get_if<estimate::ObservedHit>(&action)) {
+      episode.estimate.on_hit(*hit);
     } else if (auto* outcome = std::get_if<Outcome>(&action)) {
       episode.result.outcomes.push_back(*outcome);
+      episode.result.beliefs.push_back({episode.estimate.friction().belief(), episode.estimate.restitution().belief()});
     }
   }
 }

@@ -8,6 +8,7 @@
 #include "controller/motion/stroke_planner.hpp"
 #include "perception/perceiver.hpp"
 #include "planner/arm_filter.hpp"
+#include "planner/estimate/table_estimate.hpp"
 #include "planner/strategy/strategy.hpp"
 #include "planner/task/task_runner.hpp"
 #include "sim_bridge/camera/camera.hpp"
@@ -43,6 +44,8 @@ struct InProcessSettings {
   perception::PerceptionSettings perception;
   strategy::StrategySettings strategy;
   task::TaskSettings task;
+  estimate::EstimateSettings estimate;
+  bool learn = true;    ///< strategies are told what strokes taught
   bool ask_arm = true;  ///< strategies ask the motion library whether the arm can run a stroke
   Duration frame_period{};
   Duration camera_latency{};
@@ -68,14 +71,15 @@ struct EpisodeWorld {
 
 /// What an order came to.
 struct EpisodeResult {
-  TaskStatus task;                 ///< as the planner sees it
-  std::vector<SimDisc> truth;      ///< where the discs truly rest
-  double true_gap = 0.0;           ///< smallest gap in truth, m
-  int truly_lost = 0;              ///< discs outside the region or off the table
-  Duration duration{};             ///< of the cell clock, from the order to its end
-  std::vector<double> decision_s;  ///< measured time of each decision
-  std::vector<Plan> plans;         ///< every stroke that was asked for, in order
-  std::vector<Outcome> outcomes;   ///< of those that ran: Outcome::plan_seq names the plan
+  TaskStatus task;                             ///< as the planner sees it
+  std::vector<SimDisc> truth;                  ///< where the discs truly rest
+  double true_gap = 0.0;                       ///< smallest gap in truth, m
+  int truly_lost = 0;                          ///< discs outside the region or off the table
+  Duration duration{};                         ///< of the cell clock, from the order to its end
+  std::vector<double> decision_s;              ///< measured time of each decision
+  std::vector<strategy::TableBelief> beliefs;  ///< after each stroke, about the whole table
+  std::vector<Plan> plans;                     ///< every stroke that was asked for, in order
+  std::vector<Outcome> outcomes;               ///< of those that ran: Outcome::plan_seq names the plan
   std::uint32_t strikes = 0;
 };
 
@@ -105,7 +109,7 @@ class InProcessCell {
   struct Episode;
   void tick(Episode& episode);
   void look(Episode& episode);
-  bool looked_at(const Episode& episode) const;
+  bool looked_at(const Episode& episode, const sim_bridge::WorldSnapshot& snapshot) const;
   Scene see(Episode& episode, const sim_bridge::WorldSnapshot& snapshot, std::uint64_t frame);
   void carry_out(Episode& episode);
 
