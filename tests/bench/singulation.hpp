@@ -19,6 +19,7 @@ struct SingulationArguments {
   std::vector<std::string> formations;  ///< empty: every file in config/formations, and random clusters
   std::vector<std::string> world;       ///< "key=value": see world_keys()
   int discs = 6;
+  std::string physics = "ode";
   std::string camera = "rendered";
   int jobs = 2;
   std::string json_file;
