@@ -80,6 +80,14 @@ strategy::RobustRules load_robust(const ConfigNode& node) {
   return robust;
 }
 
+estimate::EstimateSettings load_estimate(const ConfigNode& node) {
+  estimate::EstimateSettings settings;
+  settings.friction_factor = node.number("friction_factor", {1.01, 5.0}, "");
+  settings.friction_local_spread = node.number("friction_local_spread", {0.0, 0.5}, "");
+  settings.restitution_sigma = node.number("restitution_sigma", {0.001, 0.5}, "");
+  return settings;
+}
+
 task::TaskSettings load_task(const ConfigNode& node) {
   task::TaskSettings task;
   task.resend = milliseconds(node, "resend_ms", {20.0, 5000.0});
@@ -105,6 +113,8 @@ PlannerConfig load_planner_config(const ConfigDocument& document, const CellConf
   config.settings.cell = load_knowledge(node.child("knowledge"), cell);
   config.settings.rules = load_rules(node.child("rules"));
   config.settings.robust = load_robust(node.child("robust"));
+  config.learn = node.flag("learn");
+  config.estimate = load_estimate(node.child("estimate"));
   config.task = load_task(node.child("task"));
   node.finish();
   return config;

@@ -28,6 +28,10 @@ TablePhysics load_physics(const ConfigNode& node, const CellConfig& cell) {
   physics.striker_restitution = node.number("striker_restitution", {0.0, 1.0}, "");
   physics.bounce_speed = node.number("bounce_speed", {0.0, 1.0}, "m/s");
   physics.striker_bounce_speed = node.number("striker_bounce_speed", {0.0, 1.0}, "m/s");
+  physics.contact_time = 1e-3 * node.number("contact_time_ms", {0.0, 10.0}, "ms");
+  if (physics.contact_time > 0.0 && physics.contact_time < 1e-5) {
+    node.refuse("contact_time_ms", "a contact shorter than 0.01 ms", "0 (impacts are instants), or 0.01 to 10");
+  }
   physics.contact_friction = node.number("contact_friction", {0.0, 1.0}, "");
   return physics;
 }

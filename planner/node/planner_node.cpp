@@ -84,13 +84,15 @@ class Planner {
         participant_{process.cell().dds.cell, "breakshot-planner"},
         arm_{config.ask_arm ? std::make_unique<Arm>(process.config(), process.cell()) : nullptr},
         runner_{config.task, config.strategy, first_stroke_id()},
+        estimate_{config.estimate, config.settings},
         thinker_{strategy::make_strategy(config.strategy, config.settings), arm_ ? &arm_->filter : nullptr,
                  [this](Decided decided) { inbox_.put(std::move(decided)); }} {}
 
   void run() {
     const process::HealthPublisher health{process_, participant_, [this](Health& h) {
-                                            h.state = HealthState::kReady;
-                                            h.text = "strategy " + config_.strategy;
+                                            h.state = knows_time() ? HealthState::kReady : HealthState::kStarting;
+                                            h.text = knows_time() ? "strategy " + config_.strategy
+                                                                  : "waits for the first stamp of the cell clock";
                                             h.cycles = cycles_;
                                             h.dropped = inbox_.dropped();
                                             return std::exchange(cycles_reported_, cycles_.load()) != cycles_;
@@ -103,9 +105,9 @@ class Planner {
       }
       ++cycles_;
       watch_clock();
-      runner_.on_tick(now());
-      carry_out();
       const Time wall = process::monotonic_now();
+      runner_.on_tick(now(), wall - std::exchange(ticked_, wall));
+      carry_out();
       if (wall - status_sent_ >= kStatusEvery) publish(runner_.status());
     }
     if (runner_.running()) spdlog::warn("code=task_left the process ends while a task runs; the controller ends its stroke by itself");
@@ -113,15 +115,20 @@ class Planner {
 
  private:
   Time now() const noexcept { return process_.clock().now(); }
+  /// False in lockstep until a first stamp came: a task that began before would take the time of the cell so far for its own.
+  bool knows_time() const noexcept { return now() > Time{}; }
   /// A message that repeats an old stamp (the controller's newest stroke status, at 50 Hz) does not show that time goes on.
   void observe(Time stamp) noexcept {
     if (stamp > now()) stamp_seen_ = process::monotonic_now();
     process_.clock().observe(stamp);
   }
 
-  void handle(const TaskRequest& request) { runner_.on_request(request, now()); }
+  void handle(const TaskRequest& request) {
+    if (knows_time()) runner_.on_request(request, now());  // else it is sent again
+  }
   void handle(const Scene& scene) {
     observe(scene.exposed);
+    estimate_.on_scene(scene);
     runner_.on_scene(scene, now());
   }
   void handle(const StrokeStatus& status) {
@@ -144,7 +151,17 @@ class Planner {
     for (auto& action : runner_.take_actions()) std::visit([this](auto& a) { act(a); }, action);
   }
   void act(const task::SendStroke& send) { strokes_.write(send.stroke); }
-  void act(task::RunStrategy& question) { thinker_.ask(std::move(question)); }
+  void act(task::RunStrategy& question) {
+    if (config_.learn) question.context.belief = estimate_.belief(question.scene);
+    thinker_.ask(std::move(question));
+  }
+  void act(const estimate::ObservedHit& hit) {
+    estimate_.on_hit(hit);
+    const auto friction = estimate_.friction().belief();
+    const auto restitution = estimate_.restitution().belief();
+    spdlog::info("code=learnt friction={:.3f}+-{:.3f} looks={} restitution={:.3f}+-{:.3f}", friction.mean, friction.sigma,
+                 estimate_.friction().looks(), restitution.mean, restitution.sigma);
+  }
   void act(const Plan& plan) {
     spdlog::info("code=plan stroke={} think_ms={:.1f} {}", plan.stroke.id, 1e3 * to_seconds(plan.think), plan.why);
     plans_.write(plan);
@@ -176,12 +193,14 @@ class Planner {
   dds::Participant participant_;
   std::unique_ptr<Arm> arm_;
   task::TaskRunner runner_;
+  estimate::TableEstimate estimate_;
   Inbox inbox_;
   std::atomic<std::uint64_t> cycles_{0};
   std::uint64_t cycles_reported_ = 0;
   Time stamp_seen_{};
   Time running_since_{};
   Time status_sent_{};
+  Time ticked_ = process::monotonic_now();
   TaskPhase told_phase_ = TaskPhase::kIdle;
 
   dds::Writer<StrokeRequest> strokes_{participant_};

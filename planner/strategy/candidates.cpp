@@ -19,7 +19,9 @@ constexpr double kHitOffsets[] = {0.0, 0.45, -0.45};  // rad, between the direct
 constexpr int kHitSpeeds = 6;
 constexpr double kPushTurns[] = {0.0, 0.35, -0.35};  // rad, off the tangent
 constexpr int kOutwardBearings = 12;
-constexpr double kOutwardTravels[] = {0.025, 0.05};  // m, that the disc is pushed
+constexpr double kOutwardTravels[] = {0.025, 0.05};             // m, that the disc is pushed
+constexpr double kReturnTurns[] = {0.0, 0.4, -0.4, 0.8, -0.8};  // rad, off the shortest way back into the region
+constexpr double kReturnDepths[] = {0.02, 0.05, 0.09};          // m, how far inside a disc that is brought back is to end
 
 Vector2 unit(double bearing) { return {std::cos(bearing), std::sin(bearing)}; }
 Vector2 turned(const Vector2& v, double angle) { return Eigen::Rotation2Dd{angle} * v; }
@@ -35,6 +37,7 @@ class Finder {
     if (context_.pushes_left > 0) {
       add_pushes_through_pairs();
       add_outward_pushes();
+      add_returning_pushes();
     }
     return std::move(found_);
   }
@@ -92,6 +95,24 @@ class Finder {
         if (!way_is_free(model_.discs, start, start, cell_.striker_radius, rules_.landing_margin - 1e-9)) continue;
         for (const double travel : kOutwardTravels) {
           add_push(start, direction, rules_.landing_margin + travel, "push disc " + disc_name(disc));
+        }
+      }
+    }
+  }
+
+  /// Of discs that have left the region, back into it. (Hits of theirs are among the others.)
+  void add_returning_pushes() {
+    for (std::size_t disc = 0; disc < model_.discs.size(); ++disc) {
+      const Vector2& p_WD = model_.discs[disc].p_WD;
+      if (context_.region.contains(p_WD)) continue;
+      const Vector2 nearest = p_WD.cwiseMax(context_.region.min).cwiseMin(context_.region.max);
+      for (const double turn : kReturnTurns) {
+        const Vector2 direction = turned((nearest - p_WD).normalized(), turn);
+        const Vector2 start = central_contact(model_.discs[disc], direction, cell_.striker_radius + rules_.landing_margin);
+        if (!way_is_free(model_.discs, start, start, cell_.striker_radius, rules_.landing_margin - 1e-9)) continue;
+        for (const double depth : kReturnDepths) {
+          const double travel = ((nearest - p_WD).norm() + depth) / std::cos(turn);
+          add_push(start, direction, rules_.landing_margin + travel, "push disc " + disc_name(disc) + " back into the region");
         }
       }
     }

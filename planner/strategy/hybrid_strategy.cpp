@@ -1,5 +1,6 @@
 #include "planner/strategy/hybrid_strategy.hpp"
 
+#include "common/outside.hpp"
 #include "planner/strategy/stroke_room.hpp"
 #include "planner/strategy/strokes.hpp"
 
@@ -36,6 +37,11 @@ Decision HybridStrategy::decide(const Scene& scene, const DecisionContext& conte
   Decision decision;
   const auto model = model_of(scene, context.min_gap, settings_, decision.why);
   if (!model) return decision;
+  if (const int outside = count_outside(model->discs, context.region); outside > 0) {
+    // The paper knows no way back.
+    decision.why = std::to_string(outside) + " of " + std::to_string(model->discs.size()) + " discs rest outside the region";
+    return decision;
+  }
   if (model->pairs.empty()) {
     decision.kind = Decision::Kind::kSingulated;
     decision.why = model->discs.size() < 2 ? "no two discs to part" : "smallest gap " + millimetres(model->smallest_gap());

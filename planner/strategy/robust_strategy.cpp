@@ -1,5 +1,7 @@
 #include "planner/strategy/robust_strategy.hpp"
 
+#include "common/outside.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -31,7 +33,8 @@ Decision RobustStrategy::decide(const Scene& scene, const DecisionContext& conte
   Decision decision;
   const auto model = model_of(scene, context.min_gap, settings_, decision.why);
   if (!model) return decision;
-  if (model->pairs.empty()) {
+  outside_now_ = count_outside(model->discs, context.region);
+  if (model->pairs.empty() && outside_now_ == 0) {
     decision.kind = Decision::Kind::kSingulated;
     decision.why = model->discs.size() < 2 ? "no two discs to part" : text_of("smallest gap %.1f mm", 1e3 * model->smallest_gap());
     return decision;
@@ -43,8 +46,8 @@ Decision RobustStrategy::decide(const Scene& scene, const DecisionContext& conte
   const std::size_t tried = all.size();
   // The world that is believed most: what fails there need not be looked at further.
   for (Scored& one : all) try_in_worlds(one, worlds, 1);
-  const double now = settings_.robust.pair_time * static_cast<double>(model->pairs.size());
-  std::erase_if(all, [&](const Scored& one) { return one.worlds == 0 || one.lost > 0 || one.mean() - stroke_time(one) >= now; });
+  const double now = settings_.robust.pair_time * static_cast<double>(model->pairs.size()) + settings_.robust.lost_price * outside_now_;
+  std::erase_if(all, [&](const Scored& one) { return one.worlds == 0 || one.lost_more > 0 || one.mean() - stroke_time(one) >= now; });
   reject_successively(all, worlds);
   std::string refusal;
   if (context.filter != nullptr) ask_arm(all, worlds, *context.filter, refusal);
@@ -83,6 +86,7 @@ void RobustStrategy::try_in_worlds(Scored& one, SampledWorlds& worlds, std::size
     one.cost += cost_of(one, aftermath);
     one.singulated += aftermath.pairs_below == 0 && aftermath.outside == 0 ? 1 : 0;
     one.lost += aftermath.outside > 0 ? 1 : 0;
+    one.lost_more += aftermath.outside > outside_now_ ? 1 : 0;
     ++one.worlds;
   }
 }

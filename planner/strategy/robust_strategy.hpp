@@ -27,7 +27,8 @@ class RobustStrategy final : public Strategy {
     std::size_t worlds = 0;
     double cost = 0.0;  ///< sum over the worlds, s
     int singulated = 0;
-    int lost = 0;
+    int lost = 0;       ///< worlds in which a disc ends outside the region
+    int lost_more = 0;  ///< worlds in which more discs do than before
     double mean() const noexcept { return cost / static_cast<double>(worlds); }
   };
 
@@ -39,6 +40,7 @@ class RobustStrategy final : public Strategy {
   StrokeOption option_of(const Scored& one, SampledWorlds& worlds) const;
 
   StrategySettings settings_;
+  int outside_now_ = 0;  ///< discs outside the region in the scene at hand
 };
 
 }  // namespace breakshot::strategy

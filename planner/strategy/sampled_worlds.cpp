@@ -13,6 +13,20 @@
 
 namespace breakshot::strategy {
 
+namespace {
+
+constexpr double kLeastFriction = 0.01;
+
+/// The settings' half widths as standard deviations: of an even distribution, its half width over the root of 3.
+TableBelief prior_belief(const StrategySettings& settings) noexcept {
+  const auto& world = settings.cell.world;
+  const auto& robust = settings.robust;
+  return {{world.friction, robust.friction_spread * world.friction / std::sqrt(3.0)},
+          {world.restitution, robust.restitution_spread / std::sqrt(3.0)}};
+}
+
+}  // namespace
+
 SampledWorlds::SampledWorlds(const TableModel& model, const Scene& scene, const DecisionContext& context, const StrategySettings& settings)
     : model_{model},
       scene_{scene},
@@ -30,9 +44,10 @@ SampledWorlds::Draw SampledWorlds::draw(std::size_t world) const {
   world::WorldSettings physics = cell.world;
   physics.touch_gap = world::WorldSettings{}.touch_gap;
   physics.allowed_overlap = kNoiseOverlap;
-  physics.friction *= 1.0 + width * random.uniform(-robust.friction_spread, robust.friction_spread);
-  const double e = width * random.uniform(-robust.restitution_spread, robust.restitution_spread);
-  physics.restitution = std::clamp(physics.restitution + e, 0.0, 1.0);
+  const TableBelief belief = context_.belief.value_or(prior_belief(settings_));
+  const auto drawn = [&](const Belief& one) { return one.mean + width * one.sigma * random.uniform(-std::sqrt(3.0), std::sqrt(3.0)); };
+  physics.friction = std::max(kLeastFriction, drawn(belief.friction));
+  physics.restitution = std::clamp(drawn(belief.restitution), 0.0, 1.0);
   const double striker_e = width * random.uniform(-robust.restitution_spread, robust.restitution_spread);
   physics.striker_restitution = std::clamp(physics.striker_restitution + striker_e, 0.0, 1.0);
 

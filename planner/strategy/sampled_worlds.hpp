@@ -18,8 +18,8 @@ struct Aftermath {
   std::span<const Vector2> p_WD;  ///< until the next run
 };
 
-/// Worlds that could all be the one on the table: positions as uncertain as perception says, friction, restitution, speed and aim as uncertain
-/// as RobustRules say. World 0 is the one that is believed most. The same worlds serve all strokes, so that strokes are compared on equal
+/// Worlds that could all be the one on the table: positions as uncertain as perception says, friction and restitution as
+/// uncertain as what has been learnt of them (or else RobustRules) says, speed and aim as RobustRules say. World 0 is the one that is believed most. The same worlds serve all strokes, so that strokes are compared on equal
 /// terms. Worlds are drawn as they are asked for; the seed says which.
 class SampledWorlds {
  public:

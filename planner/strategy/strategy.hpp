@@ -42,16 +42,29 @@ class StrokeFilter {
   }
 };
 
+/// What is believed of a number.
+struct Belief {
+  double mean = 0.0;
+  double sigma = 0.0;  ///< standard deviation
+};
+
+/// What has been learnt of the table and the discs on it (planner/estimate).
+struct TableBelief {
+  Belief friction;     ///< mu between disc and table, where the discs of the scene are
+  Belief restitution;  ///< e between two discs
+};
+
 /// What a decision depends on besides the scene.
 struct DecisionContext {
   double min_gap = 0.015;  ///< G, m
   Rect region;             ///< every disc's centre is to rest in it, W, m
   std::uint32_t hits_left = 0;
   std::uint32_t pushes_left = 0;
-  double speed_scale = 1.0;        ///< of hit speeds, (0, 1]
-  double hit_speed_cap = 1e9;      ///< what the controller last said to be attainable, m/s
-  std::uint64_t seed = 0;          ///< of whatever is random in the decision: the same seed, scene and context give the same decision
-  StrokeFilter* filter = nullptr;  ///< optional
+  double speed_scale = 1.0;           ///< of hit speeds, (0, 1]
+  double hit_speed_cap = 1e9;         ///< what the controller last said to be attainable, m/s
+  std::uint64_t seed = 0;             ///< of whatever is random in the decision: the same seed, scene and context give the same decision
+  StrokeFilter* filter = nullptr;     ///< optional
+  std::optional<TableBelief> belief;  ///< nothing: the prior knowledge of the settings
 };
 
 /// A stroke that a strategy offers, and what it expects of it. The request's id is 0: whoever sends it numbers it.

@@ -3,12 +3,13 @@
 namespace breakshot::task {
 
 void SceneWatch::start(Time now) noexcept {
-  started_ = last_usable_ = last_exposed_ = now;
+  started_ = last_exposed_ = now;
+  unusable_ = Duration::zero();
   at_rest_ = 0;
   trouble_.clear();
 }
 
-SceneWatch::Verdict SceneWatch::on_scene(const Scene& scene, Time now) noexcept {
+SceneWatch::Verdict SceneWatch::on_scene(const Scene& scene) noexcept {
   if (scene.exposed <= last_exposed_) return Verdict::kIgnored;
   last_exposed_ = scene.exposed;
   if (scene.quality != SceneQuality::kOk) {
@@ -16,7 +17,7 @@ SceneWatch::Verdict SceneWatch::on_scene(const Scene& scene, Time now) noexcept 
     trouble_ = std::string{"the camera image is "} + to_string(scene.quality) + (scene.text.empty() ? "" : ": " + scene.text);
     return Verdict::kUnusable;
   }
-  last_usable_ = now;
+  unusable_ = Duration::zero();
   trouble_.clear();
   if (!(scene.max_speed < settings_.settle_speed)) {
     at_rest_ = 0;

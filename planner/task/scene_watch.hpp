@@ -22,12 +22,14 @@ class SceneWatch {
 
   /// Begins to look: from now on only scenes exposed after `now` count.
   void start(Time now) noexcept;
-  Verdict on_scene(const Scene& scene, Time now) noexcept;
+  Verdict on_scene(const Scene& scene) noexcept;
 
   /// Scenes at rest in a row, since the start.
   int scenes_at_rest() const noexcept { return at_rest_; }
+  /// Time in which a scene could have come (TaskRunner::on_tick).
+  void wait(Duration passed) noexcept { unusable_ += passed; }
   /// Nothing usable came for longer than settings.scene_silence.
-  bool silent(Time now) const noexcept { return now - last_usable_ > settings_.scene_silence; }
+  bool silent() const noexcept { return unusable_ > settings_.scene_silence; }
   /// Usable scenes come, but for settings.settle_limit none was settled.
   bool restless(Time now) const noexcept { return at_rest_ == 0 && now - started_ > settings_.settle_limit; }
   /// What is wrong with the newest scene, for people; empty when none came.
@@ -36,7 +38,7 @@ class SceneWatch {
  private:
   TaskSettings settings_;
   Time started_{};
-  Time last_usable_{};
+  Duration unusable_{};  // since start(), or the last usable scene
   Time last_exposed_{};
   int at_rest_ = 0;
   std::string trouble_;

@@ -7,25 +7,28 @@ const StrokeRequest& StrokeLink::begin(StrokeRequest stroke, Time now) {
   request_ = stroke;
   status_.reset();
   active_ = true;
-  sent_ = heard_ = well_since_ = now;
+  sent_ = now;
+  silent_ = unwell_ = Duration::zero();
   return request_;
 }
 
-bool StrokeLink::on_status(const StrokeStatus& status, Time now) {
+bool StrokeLink::on_status(const StrokeStatus& status) {
   if (!active_ || status.id != request_.id) return false;
-  heard_ = now;
+  silent_ = Duration::zero();
   // Final is final: a status that was overtaken on the way changes nothing.
   if (status_ && is_final(status_->phase)) return false;
   const bool news = !status_ || status_->phase != status.phase;
   status_ = status;
-  if (!waits()) well_since_ = now;
+  if (!waits()) unwell_ = Duration::zero();
   return news;
 }
 
-StrokeLink::Need StrokeLink::check(Time now) {
+StrokeLink::Need StrokeLink::check(Time now, Duration passed) {
   if (!active_) return Need::kNothing;
+  silent_ += passed;
+  unwell_ += passed;
   if (waits()) {
-    if (now - well_since_ > settings_.controller_silence) return Need::kGiveUp;
+    if (unwell_ > settings_.controller_silence) return Need::kGiveUp;
     if (now - sent_ < settings_.resend) return Need::kNothing;
     request_.id = next_id_++;  // the refused id is spent
     status_.reset();
@@ -33,7 +36,7 @@ StrokeLink::Need StrokeLink::check(Time now) {
     return Need::kSend;
   }
   if (status_ && is_final(status_->phase)) return Need::kNothing;
-  if (now - heard_ > settings_.controller_silence) return Need::kGiveUp;
+  if (silent_ > settings_.controller_silence) return Need::kGiveUp;
   if (!status_ && now - sent_ >= settings_.resend) {
     sent_ = now;
     return Need::kSend;

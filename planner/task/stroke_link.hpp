@@ -21,14 +21,15 @@ class StrokeLink {
   const std::optional<StrokeStatus>& status() const noexcept { return status_; }
 
   /// Takes a status. @return whether it is about the stroke under way, and news
-  bool on_status(const StrokeStatus& status, Time now);
+  bool on_status(const StrokeStatus& status);
 
   enum class Need : std::uint8_t {
     kNothing,
     kSend,    ///< request() is to be sent again: no answer yet, or the controller was busy or not ready (then it has a new id)
     kGiveUp,  ///< the controller was silent, busy or not ready for too long
   };
-  Need check(Time now);
+  /// @param passed  time since the last check in which the controller could have answered (TaskRunner::on_tick)
+  Need check(Time now, Duration passed);
   /// Refused for now only: the controller may take the same stroke later, and check() will say when to ask again.
   bool waits() const noexcept {
     return status_ && status_->phase == StrokePhase::kRefused &&
@@ -42,8 +43,8 @@ class StrokeLink {
   StrokeRequest request_;
   std::optional<StrokeStatus> status_;
   Time sent_{};
-  Time heard_{};       // last status, or begin()
-  Time well_since_{};  // begin(), or the last status that was not "busy" or "not ready"
+  Duration silent_{};  // since the last status, or begin()
+  Duration unwell_{};  // since begin(), or the last status that was not "busy" or "not ready"
 };
 
 }  // namespace breakshot::task

@@ -1,5 +1,7 @@
 #include "planner/task/task_runner.hpp"
 
+#include "common/outside.hpp"
+
 #include <algorithm>
 #include <cstdio>
 #include <limits>
@@ -44,12 +46,6 @@ std::uint32_t singulated_discs(const Scene& scene, double min_gap) {
     }
     count += apart ? 1 : 0;
   }
-  return count;
-}
-
-std::uint32_t discs_outside(const Scene& scene, const Rect& region) {
-  std::uint32_t count = 0;
-  for (const auto& disc : scene.discs) count += region.contains(disc.p_WD) ? 0 : 1;
   return count;
 }
 
@@ -129,6 +125,7 @@ void TaskRunner::on_request(const TaskRequest& request, Time now) {
 
 void TaskRunner::begin_status(const TaskRequest& request) {
   const Time stamp = status_.stamp;
+  last_tick_ = stamp;
   status_ = {};
   status_.order_id = request.order_id;
   status_.order_rev = request.order_rev;
@@ -185,7 +182,7 @@ void TaskRunner::on_scene(const Scene& scene, Time now) {
   advance(now);
   const bool looking = status_.phase == TaskPhase::kLooking || status_.phase == TaskPhase::kSettling;
   if (!looking || link_.active() || ending_) return;
-  switch (watch_.on_scene(scene, now)) {
+  switch (watch_.on_scene(scene)) {
     case SceneWatch::Verdict::kAtRest:
       if (status_.phase == TaskPhase::kSettling) set_phase(TaskPhase::kLooking, "looking at the table");
       break;
@@ -223,14 +220,14 @@ void TaskRunner::judge(const Scene& scene, Time now) {
     return;
   }
 
-  status_.discs_lost = discs_outside(scene, task_.region);
-  if (outcome_due_) emit_outcome(*outcome_due_);
-  if (status_.discs_lost > 0) {
-    fail(TaskFailure::kDiscLost,
-         std::to_string(status_.discs_lost) + " of " + std::to_string(status_.discs_seen) + " discs rest outside the region", now);
-    return;
+  status_.discs_lost = static_cast<std::uint32_t>(count_outside(scene.discs, task_.region));
+  if (outcome_due_) {
+    if (stroke_run_.kind == StrokeKind::kHit && outcome_due_->phase == StrokePhase::kDone) {
+      actions_.emplace_back(estimate::ObservedHit{scene_, scene, stroke_run_, outcome_due_->contact_speed});
+    }
+    emit_outcome(*outcome_due_);
   }
-  if (status_.smallest_gap >= task_.min_gap) {
+  if (status_.smallest_gap >= task_.min_gap && status_.discs_lost == 0) {
     const std::string gap = status_.discs_seen < 2 ? "one disc alone" : "smallest gap " + in_millimetres(status_.smallest_gap);
     finish({TaskPhase::kSingulated, TaskFailure::kNone, "singulated: " + gap}, now);
     return;
@@ -242,10 +239,12 @@ void TaskRunner::judge(const Scene& scene, Time now) {
 
 // ---- ends
 
-void TaskRunner::on_tick(Time now) {
+void TaskRunner::on_tick(Time now, Duration real) {
+  const Duration passed = std::clamp(now - last_tick_, Duration::zero(), real);
+  last_tick_ = std::max(last_tick_, now);
   advance(now);
   if (!running()) return;
-  switch (link_.check(now)) {
+  switch (link_.check(now, passed)) {
     case StrokeLink::Need::kSend: actions_.emplace_back(SendStroke{link_.request()}); break;
     case StrokeLink::Need::kGiveUp: {
       const auto& said = link_.status();
@@ -266,7 +265,8 @@ void TaskRunner::on_tick(Time now) {
   }
   const bool looking = status_.phase == TaskPhase::kLooking || status_.phase == TaskPhase::kSettling;
   if (!looking || link_.active()) return;
-  if (watch_.silent(now)) {
+  watch_.wait(passed);
+  if (watch_.silent()) {
     fail(TaskFailure::kNoScene, watch_.trouble().empty() ? "no scene comes from perception" : watch_.trouble(), now);
   } else if (watch_.restless(now)) {
     fail(TaskFailure::kNoScene, "the discs do not come to rest", now);

@@ -3,6 +3,7 @@
 #include "common/scene.hpp"
 #include "common/stroke.hpp"
 #include "common/task.hpp"
+#include "planner/estimate/restitution_estimate.hpp"
 #include "planner/strategy/strategy.hpp"
 #include "planner/task/scene_watch.hpp"
 #include "planner/task/stroke_link.hpp"
@@ -24,11 +25,11 @@ struct SendStroke {
 struct RunStrategy {
   std::uint64_t ticket = 0;
   Scene scene;
-  strategy::DecisionContext context;  ///< the filter is the caller's to add
+  strategy::DecisionContext context;  ///< filter and belief are the caller's to add
 };
 
-/// What a task wants done, in order. TaskStatus: publish it, something changed.
-using Action = std::variant<SendStroke, RunStrategy, Plan, Outcome, TaskStatus>;
+/// What a task wants done, in order. TaskStatus: publish it, something changed. ObservedHit: learn from it.
+using Action = std::variant<SendStroke, RunStrategy, Plan, Outcome, estimate::ObservedHit, TaskStatus>;
 
 /// Runs one task at a time to its end: look, decide, act, look again, until singulated or given up for a stated reason.
 ///
@@ -52,7 +53,9 @@ class TaskRunner {
   void on_scene(const Scene& scene, Time now);
   void on_stroke_status(const StrokeStatus& status, Time now);
   void on_decision(std::uint64_t ticket, strategy::Decision decision, Duration think, Time now);
-  void on_tick(Time now);
+  /// @param real  time since the last call by a clock that others live by as well. Patience with them counts the shorter of the two: in lockstep
+  ///              the cell clock runs many times as fast as processes on a busy machine can answer
+  void on_tick(Time now, Duration real = Duration::max());
   /// The cell clock stands still (lockstep: simulator, camera or controller are gone), seen by somebody with another clock.
   void on_clock_stopped(Time now);
 
@@ -105,6 +108,7 @@ class TaskRunner {
   bool pause_asked_ = false;
   bool parked_ = false;         // the last stroke ended with the arm parked
   bool parked_before_ = false;  // the same before the stroke under way
+  Time last_tick_{};
   Time accounted_to_{};
   Duration unpaused_{};  // time spent on the task without pauses
 
@@ -124,6 +128,7 @@ class TaskRunner {
   StrokeLink link_;
   std::uint64_t plans_ = 0;
   std::optional<StrokeStatus> outcome_due_;  // of a stroke whose result has not been seen yet
+  StrokeRequest stroke_run_;                 // that stroke
 };
 
 }  // namespace breakshot::task

@@ -40,6 +40,11 @@ void TaskRunner::on_decision(std::uint64_t ticket, strategy::Decision decision, 
       look(now);
       return;
     case strategy::Decision::Kind::kNoStroke:
+      // A disc outside that the strategy does not bring back is lost, whatever else stands in the way.
+      if (status_.discs_lost > 0) {
+        fail(TaskFailure::kDiscLost, decision.why, now);
+        return;
+      }
       fail(status_.pushes >= task_.max_pushes ? TaskFailure::kStrokeLimit : TaskFailure::kNoFeasibleStroke, decision.why, now);
       return;
     case strategy::Decision::Kind::kStroke: break;
@@ -88,7 +93,7 @@ void TaskRunner::send(const StrokeRequest& stroke, Time now) {
 
 void TaskRunner::on_stroke_status(const StrokeStatus& status, Time now) {
   advance(now);
-  if (!link_.on_status(status, now)) return;
+  if (!link_.on_status(status)) return;
   if (is_final(status.phase)) {
     // A controller that is busy or not ready is asked again (on_tick()), unless the stroke is no longer wanted.
     const bool unwanted = link_.request().kind != StrokeKind::kPark && (ending_ || pause_asked_);
@@ -157,6 +162,7 @@ void TaskRunner::stroke_over(Time now) {
     return;
   }
   outcome_due_ = status;
+  stroke_run_ = stroke;
   parked_ = stroke.park_after;
   if (!parked_) {
     StrokeRequest park;

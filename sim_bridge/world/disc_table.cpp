@@ -224,17 +224,20 @@ void DiscTable::read_bodies() noexcept {
     disc.v = ode::to_vector(dBodyGetLinearVel(disc.body)).head<2>();
     disc.p = ode::to_vector(dBodyGetPosition(disc.body)).head<2>();
     disc.spin = dBodyGetAngularVel(disc.body)[2];
-    const bool falls = !physics_.table.contains(disc.p);
-    if (falls) {
-      disc.on_table = false;
-      disc.v.setZero();
-      disc.spin = 0.0;
-    }
-    if (!disc.v.isZero(0.0) || disc.spin != 0.0) continue;
-    disc.moving = false;
-    --moving_count_;
-    dBodyDisable(disc.body);
+    rest_or_fall(disc);
   }
+}
+
+void DiscTable::rest_or_fall(Disc& disc) noexcept {
+  if (!physics_.table.contains(disc.p)) {
+    disc.on_table = false;
+    disc.v.setZero();
+    disc.spin = 0.0;
+  }
+  if (!disc.v.isZero(0.0) || disc.spin != 0.0) return;
+  disc.moving = false;
+  --moving_count_;
+  dBodyDisable(disc.body);
 }
 
 void DiscTable::undo_overlaps(const StrikerRod& rod) noexcept {
@@ -266,6 +269,7 @@ void DiscTable::undo_overlaps(const StrikerRod& rod) noexcept {
 }
 
 void DiscTable::step(StrikerRod& rod, double dt) {
+  if (physics_.contact_time > 0.0) return step_compliant(rod, dt);
   for (Disc& disc : discs_) {
     if (disc.moving) brake_by_friction(disc, dt);
   }

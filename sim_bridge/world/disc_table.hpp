@@ -36,6 +36,7 @@ struct DiscBelow {
 /// - A contact enters the solver only while it approaches. Kinetic energy then cannot rise: of an impulse p at approach speed b it takes
 ///   p b (1 - e) / 2 >= 0. An impact passes through a cluster one layer per sub-step, which is what short elastic contacts do.
 /// - Overlaps are undone by position, never by speed.
+/// With TablePhysics::contact_time, contacts are springs with dampers instead, integrated here: another impact law for those who plan with the first one.
 ///
 /// Discs at rest cost nothing. Private to sim_bridge.
 class DiscTable {
@@ -81,9 +82,19 @@ class DiscTable {
     std::uint8_t colour;
     bool on_table;
     bool moving;
-    bool struck = false;  // an episode of contact with the rod is under way
+    bool struck = false;           // an episode of contact with the rod is under way
+    double rod_restitution = 0.0;  // of that episode
     dBodyID body;
   };
+
+  /// One sub-step with springs in the place of impacts (disc_table_compliant.cpp).
+  void step_compliant(StrikerRod& rod, double dt);
+  void press_together(Disc& a, Disc& b, double dt) noexcept;
+  void press_on_rod(Disc& disc, StrikerRod& rod, double dt) noexcept;
+  void press_on_post(Disc& disc, const Post& post, double dt) noexcept;
+  /// Force between two bodies that overlap, from the reduced mass behind it: N, never pulling.
+  double spring_force(double mass, double restitution, double overlap, double approach) const noexcept;
+  void rest_or_fall(Disc& disc) noexcept;
 
   void brake_by_friction(Disc& disc, double dt) const noexcept;
   void find_impacts(const StrikerRod& rod);

@@ -58,6 +58,7 @@ SimSettings checked(SimSettings settings, const ArmDescription& arm) {
   require(within(p.bounce_speed, 0.0, 1.0) && within(p.striker_bounce_speed, 0.0, 1.0), "bounce speeds must be 0 to 1 m/s");
   require(within(p.contact_friction, 0.0, 1.0), "contact_friction must be 0 to 1");
   require(within(p.striker_radius, 1e-3, 0.1), "striker_radius must be 1 to 100 mm");
+  require(p.contact_time == 0.0 || within(p.contact_time, 1e-5, 1e-2), "contact_time must be 0 or 0.01 to 10 ms");
   require(within(settings.drives.bandwidth, 10.0, 400.0), "drive bandwidth must be 10 to 400 rad/s");
   require(within(settings.drives.rotor_inertia, 1e-3, 10.0), "rotor_inertia must be 0.001 to 10 kg m^2");
   require(within(settings.drives.brake_deceleration, 1.0, 100.0), "brake_deceleration must be 1 to 100 rad/s^2");

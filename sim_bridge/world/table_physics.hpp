@@ -20,6 +20,9 @@ struct TablePhysics {
   double striker_bounce_speed = 0.2;
   double contact_friction = 0.0;  ///< mu at the rims, disc-disc and disc-striker; the paper's equations assume 0
   double striker_radius = 0.010;  ///< m
+  /// How long two discs (or striker and disc) stay in touch in an impact, s: contacts are then springs with dampers, integrated in time, and discs that
+  /// touch are loaded at the same time. 0: impacts are instants, solved by ODE one layer after the other. Real discs: 0.1 to 0.4 ms.
+  double contact_time = 0.0;
 };
 
 }  // namespace breakshot::sim_bridge

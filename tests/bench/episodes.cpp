@@ -2,30 +2,54 @@
 
 #include "common/random.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <numbers>
 #include <thread>
 
 namespace breakshot::bench {
+
+WorldSpread protocol_spread() {
+  WorldSpread spread;
+  spread.friction_map = 0.10;
+  spread.stroke_speed = 0.02;
+  spread.aim = 0.5 * std::numbers::pi / 180.0;
+  spread.latency = std::chrono::milliseconds{20};
+  return spread;
+}
 
 EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec, const WorldSpread& spread) {
   const auto& settings = cell.settings();
   // Drawn from the seed and the formation's number alone, never from the strategy: strategies meet the same worlds.
   SplitMix64 random{spec.seed * 1'000'003U + static_cast<std::uint64_t>(spec.index)};
-  Formation formation = spec.formation == "random" ? random_cluster({.discs = spread.random_discs, .seed = random.next()}, settings.cell)
-                                                   : load_formation(spec.formation, settings.cell);
+  RandomCluster cluster = spread.random;
+  cluster.seed = random.next();
+  Formation formation = spec.formation == "random" ? random_cluster(cluster, settings.cell) : load_formation(spec.formation, settings.cell);
   jitter(formation, random, spread.gap_jitter);
-  sim_bridge::TablePhysics physics = settings.sim.physics;
-  physics.friction *= 1.0 + random.uniform(-spread.friction, spread.friction);
-  physics.restitution += random.uniform(-spread.restitution, spread.restitution);
+  support::EpisodeWorld world;
+  world.physics = settings.sim.physics;
+  world.physics.friction *= 1.0 + random.uniform(-spread.friction, spread.friction);
+  world.physics.friction_spread = spread.friction_map;
+  world.physics.friction_seed = random.next();
+  world.physics.restitution = std::clamp(world.physics.restitution + random.uniform(-spread.restitution, spread.restitution), 0.0, 1.0);
+  const auto period = std::chrono::milliseconds{1};
+  const Duration late = settings.camera_latency + from_seconds(random.uniform(-1.0, 1.0) * to_seconds(spread.latency));
+  world.camera_latency = std::max<Duration>(late / period * period, Duration::zero());
+  world.stroke_speed_spread = spread.stroke_speed;
+  world.aim_spread = spread.aim;
+  world.seed = random.next() >> 32U;
 
   EpisodeRecord record;
   record.spec = spec;
-  record.result = cell.run(formation, cell.default_request(), spec.strategy, physics, random.next() >> 32U);
+  record.result = cell.run(formation, cell.default_request(), spec.strategy, world);
   const auto& result = record.result;
   record.success =
       result.task.phase == TaskPhase::kSingulated && result.truly_lost == 0 && result.true_gap >= settings.cell.target_gap - kGapTolerance;
+  record.friction = world.physics.friction;
+  record.restitution = world.physics.restitution;
+  record.min_gap = settings.cell.target_gap;
   record.time_s = record.success ? to_seconds(result.duration) : kFailureTime;
   return record;
 }

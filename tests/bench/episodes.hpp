@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/config/formation.hpp"
 #include "tests/support/in_process_cell.hpp"
 
 #include <cstdint>
@@ -22,6 +23,8 @@ struct EpisodeRecord {
   support::EpisodeResult result;
   bool success = false;  ///< the order ended as singulated, and by truth no disc is lost and no gap is short by more than kGapTolerance
   double time_s = 0.0;   ///< of the cell clock; kFailureTime for a failure
+  double min_gap = 0.0;  ///< that the order asked for, m
+  double friction = 0.0, restitution = 0.0;  ///< the world's, which the planner may have learnt
 };
 
 /// What perception may be wrong by, m: the planner stops when it *sees* every gap reach G.
@@ -32,10 +35,17 @@ inline constexpr double kFailureTime = 60.0;
 /// How far an episode's world is from the configured one. The planner is told none of it (singulation.md section 5).
 struct WorldSpread {
   double gap_jitter = 0.5e-3;  ///< contacts are opened by up to this, m
-  double friction = 0.15;      ///< relative, uniform
-  double restitution = 0.05;   ///< absolute, uniform
-  int random_discs = 6;        ///< of a "random" formation
+  double friction = 0.15;      ///< half width, relative
+  double friction_map = 0.0;   ///< how much mu varies over the table, relative
+  double restitution = 0.05;   ///< half width, absolute
+  double stroke_speed = 0.0;   ///< half width of each stroke's, relative
+  double aim = 0.0;            ///< half width of each stroke's, rad
+  Duration latency{};          ///< half width of the camera's
+  RandomCluster random{};      ///< what a "random" formation is made of; its seed is drawn
 };
+
+/// The whole of singulation.md's protocol.
+WorldSpread protocol_spread();
 
 /// Runs one episode; everything in it follows from the spec. @throws what the cell throws
 EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec, const WorldSpread& spread);

@@ -1,6 +1,7 @@
 #include "tests/support/in_process_cell.hpp"
 
 #include "common/gap.hpp"
+#include "common/random.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -21,18 +22,30 @@ constexpr Time kStart = time_from_ns(1'000'000'000);
 
 bool every(Time now, Duration period) { return (now - kStart) % period == Duration::zero(); }
 
+/// The stroke that the arm makes when it is asked for this one. Follows from seed and id, so a request that is sent again stays the same.
+StrokeRequest as_made(StrokeRequest stroke, const EpisodeWorld& world) {
+  if (stroke.kind == StrokeKind::kPark) return stroke;
+  SplitMix64 random{world.seed + 0x9E3779B9U * stroke.id};
+  stroke.speed *= 1.0 + random.uniform(-world.stroke_speed_spread, world.stroke_speed_spread);
+  stroke.direction_W = Eigen::Rotation2Dd{random.uniform(-world.aim_spread, world.aim_spread)} * stroke.direction_W;
+  return stroke;
+}
+
 }  // namespace
 
 /// All that begins anew with each episode.
 struct InProcessCell::Episode {
   Episode(const InProcessSettings& settings, motion::StrokePlanner& stroke_planner, const sim_bridge::SimSettings& sim,
-          const task::TaskSettings& task, const std::string& strategy_name)
-      : world{settings.arm, sim},
+          const task::TaskSettings& task, const std::string& strategy_name, const EpisodeWorld& truth_of_episode)
+      : truth{truth_of_episode},
+        world{settings.arm, sim},
         loop{settings.loop, *channels},
         executor{stroke_planner, *channels},
         perceiver{settings.perception, settings.camera_model},
+        noise_model{settings.perception},
         strategy{strategy::make_strategy(strategy_name, settings.strategy)},
-        runner{task, strategy_name} {}
+        runner{task, strategy_name},
+        estimate{settings.estimate, settings.strategy} {}
 
   struct Exposure {
     sim_bridge::WorldSnapshot snapshot;
@@ -46,13 +59,16 @@ struct InProcessCell::Episode {
     Time due;
   };
 
+  EpisodeWorld truth;
   sim_bridge::SimWorld world;
   std::unique_ptr<control::LoopChannels> channels = std::make_unique<control::LoopChannels>();
   control::ControlLoop loop;
   control::StrokeExecutor executor;
   perception::Perceiver perceiver;
+  NoiseModelCamera noise_model;
   std::unique_ptr<strategy::Strategy> strategy;
   task::TaskRunner runner;
+  estimate::TableEstimate estimate;
   std::deque<Exposure> exposures;
   std::optional<Thought> thought;
   Time next_exposure = kStart;
@@ -63,9 +79,11 @@ struct InProcessCell::Episode {
 
 InProcessCell::InProcessCell(const InProcessSettings& settings)
     : settings_{settings},
-      camera_{settings.camera_model, settings.camera, settings.arm, settings.cell.arm.X_WB},
       stroke_planner_{settings.arm, settings.cell.arm.X_WB, settings.motion},
-      planners_stroke_planner_{settings.arm, settings.cell.arm.X_WB, settings.motion} {}
+      planners_stroke_planner_{settings.arm, settings.cell.arm.X_WB, settings.motion} {
+  if (settings_.sight == Sight::kRendered)
+    camera_.emplace(settings_.camera_model, settings_.camera, settings_.arm, settings_.cell.arm.X_WB);
+}
 
 InProcessCell::~InProcessCell() = default;
 
@@ -83,15 +101,15 @@ TaskRequest InProcessCell::default_request() const {
 }
 
 EpisodeResult InProcessCell::run(const Formation& formation, const TaskRequest& request, const std::string& strategy,
-                                 const sim_bridge::TablePhysics& physics, std::uint64_t seed) {
+                                 const EpisodeWorld& world) {
   sim_bridge::SimSettings sim = settings_.sim;
-  sim.physics = physics;
+  sim.physics = world.physics;
   sim.start = kStart;
   task::TaskSettings task = settings_.task;
-  task.seed = seed;
-  frames_ = seed << 20U;  // numbers of frames choose their noise: no two episodes share any
+  task.seed = world.seed;
+  frames_ = world.seed << 20U;  // numbers of frames choose their noise: no two episodes share any
 
-  Episode episode{settings_, stroke_planner_, sim, task, strategy};
+  Episode episode{settings_, stroke_planner_, sim, task, strategy, world};
   std::vector<SimDisc> discs;
   for (const auto& disc : formation.discs) {
     SimDisc d;
@@ -150,55 +168,69 @@ void InProcessCell::look(Episode& episode) {
   const Time now = episode.world.now();
   if (now >= episode.next_exposure) {
     episode.next_exposure += settings_.frame_period;
-    Episode::Exposure exposure{{}, ++frames_, now + settings_.camera_latency};
+    Episode::Exposure exposure{{}, ++frames_, now + episode.truth.camera_latency};
     episode.world.snapshot(exposure.snapshot);
     episode.exposures.push_back(std::move(exposure));
   }
   while (!episode.exposures.empty() && now >= episode.exposures.front().due) {
     const auto exposure = std::move(episode.exposures.front());
     episode.exposures.pop_front();
-    if (!looked_at(episode)) continue;
-    auto& color = episode.color;
-    auto& depth = episode.depth;
-    color.seq = depth.seq = exposure.frame;
-    color.exposed = depth.exposed = exposure.snapshot.stamp;
-    color.width = depth.width = settings_.camera_model.width;
-    color.height = depth.height = settings_.camera_model.height;
-    const auto pixels = static_cast<std::size_t>(color.width) * static_cast<std::size_t>(color.height);
-    color.rgb.resize(3 * pixels);
-    depth.depth.resize(pixels);
-    camera_.render(exposure.snapshot, exposure.frame, color.rgb, depth.depth);
-    episode.runner.on_scene(episode.perceiver.process(color, &depth), now);
+    if (!looked_at(episode, exposure.snapshot)) continue;
+    const Scene scene = see(episode, exposure.snapshot, exposure.frame);
+    episode.estimate.on_scene(scene);
+    episode.runner.on_scene(scene, now);
   }
 }
 
-/// Whether the planner could decide on a frame that arrives now. Rendering is most of what an episode costs, so frames that it would throw away
-/// are not drawn: outside of looking and settling, before the arm is parked, and while discs are far too fast to count as at rest.
-bool InProcessCell::looked_at(const Episode& episode) const {
+Scene InProcessCell::see(Episode& episode, const sim_bridge::WorldSnapshot& snapshot, std::uint64_t frame) {
+  if (!camera_) return episode.noise_model.look(snapshot, frame);
+  auto& color = episode.color;
+  auto& depth = episode.depth;
+  color.seq = depth.seq = frame;
+  color.exposed = depth.exposed = snapshot.stamp;
+  color.width = depth.width = settings_.camera_model.width;
+  color.height = depth.height = settings_.camera_model.height;
+  const auto pixels = static_cast<std::size_t>(color.width) * static_cast<std::size_t>(color.height);
+  color.rgb.resize(3 * pixels);
+  depth.depth.resize(pixels);
+  camera_->render(snapshot, frame, color.rgb, depth.depth);
+  return episode.perceiver.process(color, &depth);
+}
+
+/// Whether anything comes of a frame that arrives now. Rendering is most of what an episode costs, so frames that the planner would throw away
+/// are not drawn: it learns from discs that slide, and decides on what it sees with the arm parked once no disc is far too fast to count as at rest.
+bool InProcessCell::looked_at(const Episode& episode, const sim_bridge::WorldSnapshot& snapshot) const {
   constexpr double kFastDisc = 0.1;  // m/s; five times what counts as at rest
+  double fastest = 0.0;
+  for (const SimDisc& disc : snapshot.discs) fastest = std::max(fastest, disc.v_WD_W.norm());
+  if (settings_.learn && fastest > 0.0) return true;
   const TaskPhase phase = episode.runner.status().phase;
   if (phase != TaskPhase::kLooking && phase != TaskPhase::kSettling) return false;
   const auto& stroke = episode.executor.newest();
-  if (stroke && !is_final(stroke->phase)) return false;
-  const SimTruth truth = episode.world.truth();
-  return std::all_of(truth.discs.begin(), truth.discs.end(), [](const SimDisc& d) { return d.v_WD_W.norm() < kFastDisc; });
+  return (!stroke || is_final(stroke->phase)) && fastest < kFastDisc;
 }
 
 void InProcessCell::carry_out(Episode& episode) {
   const Time now = episode.world.now();
   for (auto& action : episode.runner.take_actions()) {
     if (const auto* send = std::get_if<task::SendStroke>(&action)) {
-      episode.executor.submit(send->stroke, now);
+      episode.executor.submit(as_made(send->stroke, episode.truth), now);
     } else if (const auto* run = std::get_if<task::RunStrategy>(&action)) {
       const auto began = std::chrono::steady_clock::now();
       strategy::DecisionContext context = run->context;
       if (settings_.ask_arm) context.filter = &arm_filter_;
+      if (settings_.learn) context.belief = episode.estimate.belief(run->scene);
       auto decision = episode.strategy->decide(run->scene, context);
       episode.result.decision_s.push_back(to_seconds(std::chrono::steady_clock::now() - began));
       const Duration charge = episode.strategy->name() == "robust" ? settings_.robust_think_charge : settings_.think_charge;
       episode.thought = Episode::Thought{run->ticket, std::move(decision), charge, now + charge};
+    } else if (auto* plan = std::get_if<Plan>(&action)) {
+      episode.result.plans.push_back(std::move(*plan));
+    } else if (auto* hit = std::get_if<estimate::ObservedHit>(&action)) {
+      episode.estimate.on_hit(*hit);
     } else if (auto* outcome = std::get_if<Outcome>(&action)) {
       episode.result.outcomes.push_back(*outcome);
+      episode.result.beliefs.push_back({episode.estimate.friction().belief(), episode.estimate.restitution().belief()});
     }
   }
 }

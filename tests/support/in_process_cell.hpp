@@ -8,10 +8,12 @@
 #include "controller/motion/stroke_planner.hpp"
 #include "perception/perceiver.hpp"
 #include "planner/arm_filter.hpp"
+#include "planner/estimate/table_estimate.hpp"
 #include "planner/strategy/strategy.hpp"
 #include "planner/task/task_runner.hpp"
 #include "sim_bridge/camera/camera.hpp"
 #include "sim_bridge/world/sim_world.hpp"
+#include "tests/support/noise_model_camera.hpp"
 
 #include <deque>
 #include <memory>
@@ -20,6 +22,12 @@
 #include <vector>
 
 namespace breakshot::support {
+
+/// What sees the table.
+enum class Sight : std::uint8_t {
+  kRendered,    ///< the simulator's camera and perception
+  kNoiseModel,  ///< NoiseModelCamera
+};
 
 /// Everything that the libraries of the cell are built from, as their processes read it from one configuration.
 struct InProcessSettings {
@@ -30,11 +38,14 @@ struct InProcessSettings {
   sim_bridge::CameraSettings camera;
   double disc_mass = 0.1;  ///< of a disc of disc_mass_radius; others by their area, kg
   double disc_mass_radius = 0.030;
+  Sight sight = Sight::kRendered;
   motion::MotionSettings motion;
   control::LoopConfig loop;
   perception::PerceptionSettings perception;
   strategy::StrategySettings strategy;
   task::TaskSettings task;
+  estimate::EstimateSettings estimate;
+  bool learn = true;    ///< strategies are told what strokes taught
   bool ask_arm = true;  ///< strategies ask the motion library whether the arm can run a stroke
   Duration frame_period{};
   Duration camera_latency{};
@@ -48,15 +59,27 @@ struct InProcessSettings {
 /// Reads a cell configuration as the processes do. @throws ConfigError, ArmDescriptionError
 InProcessSettings load_in_process_settings(const std::string& config_file, const std::vector<std::string>& overrides = {});
 
+/// How the world of an episode differs from what the configuration says. The planner is told none of it.
+struct EpisodeWorld {
+  sim_bridge::TablePhysics physics;
+  Duration camera_latency{};
+  // Every stroke runs a little off what was asked, by draws within these half widths.
+  double stroke_speed_spread = 0.0;  ///< relative
+  double aim_spread = 0.0;           ///< of the direction, about the contact or start point, rad
+  std::uint64_t seed = 0;            ///< of these errors, of random strategies and of the camera's noise
+};
+
 /// What an order came to.
 struct EpisodeResult {
-  TaskStatus task;                 ///< as the planner sees it
-  std::vector<SimDisc> truth;      ///< where the discs truly rest
-  double true_gap = 0.0;           ///< smallest gap in truth, m
-  int truly_lost = 0;              ///< discs outside the region or off the table
-  Duration duration{};             ///< of the cell clock, from the order to its end
-  std::vector<double> decision_s;  ///< measured time of each decision
-  std::vector<Outcome> outcomes;
+  TaskStatus task;                             ///< as the planner sees it
+  std::vector<SimDisc> truth;                  ///< where the discs truly rest
+  double true_gap = 0.0;                       ///< smallest gap in truth, m
+  int truly_lost = 0;                          ///< discs outside the region or off the table
+  Duration duration{};                         ///< of the cell clock, from the order to its end
+  std::vector<double> decision_s;              ///< measured time of each decision
+  std::vector<strategy::TableBelief> beliefs;  ///< after each stroke, about the whole table
+  std::vector<Plan> plans;                     ///< every stroke that was asked for, in order
+  std::vector<Outcome> outcomes;               ///< of those that ran: Outcome::plan_seq names the plan
   std::uint32_t strikes = 0;
 };
 
@@ -67,7 +90,7 @@ struct EpisodeResult {
 /// are not rendered. Runs 5 to 20 times faster than real time.
 class InProcessCell {
  public:
-  /// Starts GL, which takes half a second: keep the cell for many episodes. @throws whatever the libraries refuse
+  /// Starts GL when it renders, which takes half a second: keep the cell for many episodes. @throws whatever the libraries refuse
   explicit InProcessCell(const InProcessSettings& settings);
   ~InProcessCell();
   InProcessCell(const InProcessCell&) = delete;
@@ -75,10 +98,8 @@ class InProcessCell {
 
   /// Puts the arm to its park pose and the formation on the table, and runs one order to its end.
   ///
-  /// @param physics  the world's truth for this episode
-  /// @param seed     of random strategies and of the camera's noise
-  EpisodeResult run(const Formation& formation, const TaskRequest& request, const std::string& strategy,
-                    const sim_bridge::TablePhysics& physics, std::uint64_t seed);
+  /// @param world  the truth of this episode
+  EpisodeResult run(const Formation& formation, const TaskRequest& request, const std::string& strategy, const EpisodeWorld& world);
 
   const InProcessSettings& settings() const noexcept { return settings_; }
   /// An order as the gateway would pass it on when the MES leaves everything to the cell.
@@ -88,11 +109,12 @@ class InProcessCell {
   struct Episode;
   void tick(Episode& episode);
   void look(Episode& episode);
-  bool looked_at(const Episode& episode) const;
+  bool looked_at(const Episode& episode, const sim_bridge::WorldSnapshot& snapshot) const;
+  Scene see(Episode& episode, const sim_bridge::WorldSnapshot& snapshot, std::uint64_t frame);
   void carry_out(Episode& episode);
 
   InProcessSettings settings_;
-  sim_bridge::Camera camera_;
+  std::optional<sim_bridge::Camera> camera_;
   motion::StrokePlanner stroke_planner_;  // the controller's
   motion::StrokePlanner planners_stroke_planner_;
   planner::ArmFilter arm_filter_{planners_stroke_planner_};

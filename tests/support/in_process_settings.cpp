@@ -33,6 +33,8 @@ InProcessSettings load_in_process_settings(const std::string& config_file, const
   const auto planner = planner::load_planner_config(document, cell);
   settings.strategy = planner.settings;
   settings.task = planner.task;
+  settings.estimate = planner.estimate;
+  settings.learn = planner.learn;
   settings.ask_arm = planner.ask_arm;
   return settings;
 }

@@ -146,8 +146,8 @@ class TaskCell {
         plans.push_back(*plan);
       } else if (auto* outcome = std::get_if<Outcome>(&action)) {
         outcomes.push_back(*outcome);
-      } else {
-        statuses.push_back(std::get<TaskStatus>(action));
+      } else if (auto* status = std::get_if<TaskStatus>(&action)) {
+        statuses.push_back(*status);
       }
     }
   }

@@ -309,7 +309,23 @@ TEST(TaskRunner, CountsDiscsAndForgivesAFrameThatMissesOne) {
   EXPECT_EQ(empty.runner.status().failure, TaskFailure::kWrongDiscCount);
 }
 
-TEST(TaskRunner, GivesUpWhenADiscRestsOutside) {
+TEST(TaskRunner, IsPatientWithOthersByTheSlowerOfTwoClocks) {
+  // In lockstep on a busy machine: the cell clock leaps while nobody gets to answer.
+  TaskCell cell{test::formation("A"), "paper"};
+  cell.controller_dead = true;
+  cell.runner.on_request(TaskCell::order(), cell.now);
+  const auto leap = [&](Duration real) {
+    cell.now += seconds{2};
+    cell.runner.on_tick(cell.now, real);
+    cell.runner.take_actions();
+  };
+  for (int i = 0; i < 20; ++i) leap(milliseconds{10});
+  EXPECT_TRUE(cell.runner.running()) << cell.runner.status().text;
+  for (int i = 0; i < 4; ++i) leap(seconds{1});
+  EXPECT_EQ(cell.runner.status().failure, TaskFailure::kControllerFault) << cell.runner.status().text;
+}
+
+TEST(TaskRunner, GivesUpWhenADiscRestsOutsideThatTheStrategyDoesNotBringBack) {
   auto discs = test::formation("A");
   discs.push_back(test::disc_at(0.31, 0.0));
   TaskCell cell{discs, "paper"};
@@ -317,6 +333,17 @@ TEST(TaskRunner, GivesUpWhenADiscRestsOutside) {
   ASSERT_TRUE(cell.play_to_end());
   EXPECT_EQ(cell.runner.status().failure, TaskFailure::kDiscLost);
   EXPECT_EQ(cell.runner.status().discs_lost, 1U);
+  EXPECT_EQ(cell.runner.status().text, "1 of 3 discs rest outside the region");
+}
+
+TEST(TaskRunner, IsNotDoneBeforeADiscOutsideHasBeenBroughtBack) {
+  // All apart, and one of them outside.
+  TaskCell cell{{test::disc_at(0.0, 0.0), test::disc_at(0.1, 0.1), test::disc_at(0.05, -0.32)}, "robust"};
+  cell.runner.on_request(TaskCell::order(), cell.now);
+  ASSERT_TRUE(cell.play_to_end());
+  EXPECT_EQ(cell.runner.status().phase, TaskPhase::kSingulated) << cell.runner.status().text;
+  EXPECT_GE(cell.runner.status().hits + cell.runner.status().pushes, 1U);
+  EXPECT_EQ(cell.runner.status().discs_lost, 0U);
 }
 
 TEST(TaskRunner, KeepsTheOrdersLimits) {

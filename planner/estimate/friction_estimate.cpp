@@ -1,0 +1,133 @@
+#include "planner/estimate/friction_estimate.hpp"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cmath>
+
+namespace breakshot::estimate {
+
+namespace {
+
+constexpr double kGravity = 9.81;  // m/s^2
+// What mu can be at all.
+constexpr double kLeast = 0.01;
+constexpr double kMost = 1.5;
+constexpr std::size_t kPoints = 1500;
+/// Scenes further apart than this do not show a deceleration: at 30 Hz, one lost frame.
+constexpr Duration kLongestGap = std::chrono::milliseconds{70};
+/// Slower than this, the stop is near and noise is large.
+constexpr double kSlowest = 0.08;  // m/s
+/// Errors of one disc's positions from frame to frame that its covariance does not hold (motion within the exposure), m.
+constexpr double kMotionSigma = 3e-5;
+/// An impact bends the track by more than noise: standard deviations.
+constexpr double kStraight = 4.0;
+/// Share of looks that are wrong without showing it.
+constexpr double kOutliers = 0.1;
+constexpr std::size_t kMostLooks = 200;
+/// Over this distance friction is about the same, m.
+constexpr double kCorrelation = 0.15;
+
+}  // namespace
+
+FrictionEstimate::FrictionEstimate(const FrictionPrior& prior) : prior_{prior}, belief_{kLeast, kMost, kPoints} {
+  constexpr double kZ95 = 1.96;
+  const double width = std::max(std::log(prior.factor) / kZ95, 1e-3);
+  belief_.set_prior([&](double mu) {
+    const double z = std::log(mu / prior.mean) / width;
+    return -0.5 * z * z - std::log(mu);
+  });
+}
+
+void FrictionEstimate::on_scene(const Scene& scene) {
+  if (scene.quality != SceneQuality::kOk) {
+    tracks_.clear();
+    return;
+  }
+  std::erase_if(tracks_, [&](const Track& track) {
+    return std::none_of(scene.discs.begin(), scene.discs.end(), [&](const SceneDisc& disc) { return disc.id == track.id; });
+  });
+  for (const SceneDisc& disc : scene.discs) {
+    auto track = std::find_if(tracks_.begin(), tracks_.end(), [&](const Track& t) { return t.id == disc.id; });
+    if (track == tracks_.end()) track = tracks_.insert(tracks_.end(), Track{disc.id, {}});
+    auto& places = track->places;
+    if (!disc.complete ||
+        (!places.empty() && (scene.exposed <= places.back().exposed || scene.exposed - places.back().exposed > kLongestGap))) {
+      places.clear();
+    }
+    if (!disc.complete) continue;
+    places.push_back({scene.exposed, disc.p_WD, 0.5 * disc.covariance.trace() + kMotionSigma * kMotionSigma});
+    if (places.size() == 4) watch(*track);
+  }
+}
+
+void FrictionEstimate::watch(Track& track) {
+  auto& places = track.places;
+  const double t1 = to_seconds(places[1].exposed - places[0].exposed);
+  const double t2 = to_seconds(places[2].exposed - places[1].exposed);
+  const double t3 = to_seconds(places[3].exposed - places[2].exposed);
+  const Vector2 v1 = (places[1].p_WD - places[0].p_WD) / t1;
+  const Vector2 v2 = (places[2].p_WD - places[1].p_WD) / t2;
+  const Vector2 v3 = (places[3].p_WD - places[2].p_WD) / t3;
+  const double sigma_p = std::sqrt(places[1].variance);
+  // The first three places count; the fourth shows that the disc still moved, the same way, when the third was taken.
+  const auto bent = [&](const Vector2& a, const Vector2& b, double t) {
+    return std::abs(perpendicular(a.normalized()).dot(b)) * t > kStraight * 2.0 * sigma_p || a.dot(b) <= 0.0;
+  };
+  const bool moves = v1.norm() > kSlowest && v2.norm() > kSlowest && v3.norm() > 0.25 * kSlowest;
+  if (!moves || bent(v1, v2, t2) || bent(v2, v3, t3) || v2.norm() > v1.norm() + 4.0 * sigma_p / t2) {
+    places.erase(places.begin());
+    return;
+  }
+  const double span = 0.5 * (t1 + t2);
+  const double deceleration = (v1.norm() - v2.norm()) / span;
+  const double variance =
+      (places[0].variance / (t1 * t1) + places[1].variance * std::pow(1.0 / t1 + 1.0 / t2, 2) + places[2].variance / (t2 * t2)) /
+      (span * span);
+  take({places[1].p_WD, deceleration / kGravity, std::sqrt(variance) / kGravity});
+  // The next look shares one place with this one, not two: neighbouring looks would share their errors.
+  places.erase(places.begin(), places.begin() + 2);
+}
+
+void FrictionEstimate::take(const Look& look) {
+  ++looks_;
+  belief_.observe([&](double mu) {
+    const double sigma = std::hypot(look.sigma, prior_.local_spread * mu);
+    return log_normal_or_outlier(look.mu, mu, sigma, kOutliers, 0.0, kMost);
+  });
+  if (looks_kept_.size() < kMostLooks) {
+    looks_kept_.push_back(look);
+  } else {
+    looks_kept_[next_kept_] = look;
+    next_kept_ = (next_kept_ + 1) % kMostLooks;
+  }
+}
+
+strategy::Belief FrictionEstimate::belief_at(const Vector2& p_W) const {
+  const strategy::Belief mean = belief();
+  std::vector<const Look*> sound;
+  for (const Look& look : looks_kept_) {
+    const double sigma = std::hypot(look.sigma, prior_.local_spread * mean.mean);
+    if (std::abs(look.mu - mean.mean) < 3.0 * sigma) sound.push_back(&look);
+  }
+  const auto n = static_cast<Eigen::Index>(sound.size());
+  const double local = prior_.local_spread * mean.mean;
+  if (n == 0) return {mean.mean, std::hypot(mean.sigma, local)};
+  const auto alike = [&](const Vector2& a, const Vector2& b) {
+    return local * local * std::exp(-0.5 * (a - b).squaredNorm() / (kCorrelation * kCorrelation));
+  };
+  Eigen::MatrixXd K(n, n);
+  Eigen::VectorXd k(n), left(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Look& a = *sound[static_cast<std::size_t>(i)];
+    for (Eigen::Index j = 0; j <= i; ++j) K(i, j) = K(j, i) = alike(a.p_W, sound[static_cast<std::size_t>(j)]->p_W);
+    K(i, i) += a.sigma * a.sigma;
+    k(i) = alike(a.p_W, p_W);
+    left(i) = a.mu - mean.mean;
+  }
+  const Eigen::LLT<Eigen::MatrixXd> factor{K};
+  const double variance = std::max(0.0, local * local - k.dot(factor.solve(k)));
+  return {mean.mean + k.dot(factor.solve(left)), std::hypot(mean.sigma, std::sqrt(variance))};
+}
+
+}  // namespace breakshot::estimate
