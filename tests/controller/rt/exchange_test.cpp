@@ -7,9 +7,13 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cinttypes>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <deque>
 #include <random>
+#include <string>
 #include <thread>
 
 namespace breakshot::rt {
@@ -21,6 +25,17 @@ constexpr std::uint64_t kExchanges = 300'000;
 #else
 constexpr std::uint64_t kExchanges = 5'000'000;
 #endif
+
+/// Values that one thread writes for another to read. The environment may ask for more: BREAKSHOT_EXCHANGES=100000000.
+std::uint64_t exchanges() {
+  const char* const asked = std::getenv("BREAKSHOT_EXCHANGES");
+  return asked == nullptr ? kExchanges : std::stoull(asked);
+}
+
+/// What an endurance run is worth depends on how many values really went across while both threads ran.
+void tell(const char* what, std::uint64_t written, std::uint64_t read, std::uint64_t dropped) {
+  std::printf("%s: %" PRIu64 " written, %" PRIu64 " read, %" PRIu64 " dropped and counted\n", what, written, read, dropped);
+}
 
 /// Big enough (a joint state's size) that a torn copy would show: every word follows from the first.
 struct Payload {
@@ -77,21 +92,25 @@ TEST(TripleBuffer, BehavesLikeAVariableWithAFreshMark) {
 }
 
 TEST(TripleBuffer, NeverTearsNorGoesBackBetweenTwoThreads) {
+  const std::uint64_t count = exchanges();
   TripleBuffer<Payload> buffer;
   std::thread writer{[&] {
-    for (std::uint64_t n = 1; n <= kExchanges; ++n) buffer.write(Payload::of(n));
+    for (std::uint64_t n = 1; n <= count; ++n) buffer.write(Payload::of(n));
   }};
   Payload payload;
   std::uint64_t last = 0;
   std::uint64_t bad = 0;
-  while (last < kExchanges) {
+  std::uint64_t received = 0;
+  while (last < count) {
     if (!buffer.read(payload)) continue;
     if (!payload.whole() || payload.number() <= last) ++bad;
     last = payload.number();
+    ++received;
   }
   writer.join();
   EXPECT_EQ(bad, 0U);
-  EXPECT_EQ(last, kExchanges) << "the last value written is the one that stays";
+  EXPECT_EQ(last, count) << "the last value written is the one that stays";
+  tell("triple buffer", count, received, 0);
 }
 
 TEST(SpscRing, BehavesLikeABoundedQueue) {
@@ -123,10 +142,11 @@ TEST(SpscRing, BehavesLikeABoundedQueue) {
 }
 
 TEST(SpscRing, DeliversInOrderAndCountsEveryLoss) {
+  const std::uint64_t count = exchanges();
   SpscRing<Payload, 64> ring;
   std::atomic<bool> done{false};
   std::thread writer{[&] {
-    for (std::uint64_t n = 1; n <= kExchanges; ++n) ring.push(Payload::of(n));
+    for (std::uint64_t n = 1; n <= count; ++n) ring.push(Payload::of(n));
     done = true;
   }};
   std::uint64_t received = 0;
@@ -144,18 +164,19 @@ TEST(SpscRing, DeliversInOrderAndCountsEveryLoss) {
   writer.join();
   drain();
   EXPECT_EQ(bad, 0U);
-  EXPECT_EQ(received + ring.dropped(), kExchanges);
+  EXPECT_EQ(received + ring.dropped(), count);
+  tell("ring, writer never waits", count, received, ring.dropped());
 }
 
 TEST(SpscRing, LosesNothingWhenTheWriterWaits) {
   SpscRing<std::uint64_t, 4> ring;
-  constexpr std::uint64_t kCount = kExchanges / 10;
+  const std::uint64_t count = exchanges();
   std::thread writer{[&] {
-    for (std::uint64_t n = 1; n <= kCount; ++n) {
+    for (std::uint64_t n = 1; n <= count; ++n) {
       while (!ring.push(n)) std::this_thread::yield();
     }
   }};
-  for (std::uint64_t expected = 1; expected <= kCount;) {
+  for (std::uint64_t expected = 1; expected <= count;) {
     std::uint64_t n = 0;
     if (!ring.pop(n)) {
       std::this_thread::yield();
@@ -165,6 +186,7 @@ TEST(SpscRing, LosesNothingWhenTheWriterWaits) {
     ++expected;
   }
   writer.join();
+  tell("ring, writer waits for room", count, count, 0);
 }
 
 TEST(WakeupSignal, WakesOnceForAllSignalsSoFar) {
