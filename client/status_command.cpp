@@ -16,7 +16,8 @@ namespace {
 constexpr int kNothingHeard = 3;
 
 nlohmann::json to_json(const LoopTail& tail) {
-  return {{"p50_us", tail.p50_us}, {"p99_us", tail.p99_us}, {"p999_us", tail.p999_us}, {"p9999_us", tail.p9999_us}, {"max_us", tail.max_us}};
+  return {
+      {"p50_us", tail.p50_us}, {"p99_us", tail.p99_us}, {"p999_us", tail.p999_us}, {"p9999_us", tail.p9999_us}, {"max_us", tail.max_us}};
 }
 
 nlohmann::json to_json(const Health& h) {

@@ -29,7 +29,7 @@ struct Health {
   std::uint64_t overruns_ours = 0, overruns_hosts = 0;  ///< of these, by whose fault; both 0 where nobody tells them apart
   LoopTail wakeup;                                      ///< from the instant that the main cycle slept for to when it ran
   LoopTail compute;                                     ///< wall time of its work
-  double cpu_s = 0.0;  ///< CPU time used since start
+  double cpu_s = 0.0;                                   ///< CPU time used since start
   std::uint64_t rss_bytes = 0;
   std::uint64_t dropped = 0;  ///< samples or frames that were not handled in time
 };

@@ -77,11 +77,11 @@ class Bench {
 
     fmt::print("{} ticks: {} strokes, {} refused, {} stops, {} recoveries, {} restarts of the drives\n", run.compute.count(), run.started,
                run.refused, run.stopped, run.recovered, run.restarted);
-    fmt::print("  {} heap calls, {} locks, {} system calls, {} page faults; longer than a period: {} by computing, {} held up by the host\n",
-               sins.calls.heap, sins.calls.mutexes,
-               run.watched_system_calls ? std::to_string(sins.system.calls) : "(not watched: needs Linux 5.11 on x86-64)",
-               run.watched_faults ? std::to_string(sins.faults) : "(not watched: memory cannot be locked)", run.overruns.ours,
-               run.overruns.hosts);
+    fmt::print(
+        "  {} heap calls, {} locks, {} system calls, {} page faults; longer than a period: {} by computing, {} held up by the host\n",
+        sins.calls.heap, sins.calls.mutexes,
+        run.watched_system_calls ? std::to_string(sins.system.calls) : "(not watched: needs Linux 5.11 on x86-64)",
+        run.watched_faults ? std::to_string(sins.faults) : "(not watched: memory cannot be locked)", run.overruns.ours, run.overruns.hosts);
     fmt::print("  CPU time, us: ");
     for (const Share& share : kShares) fmt::print(" {} {:.2f} ", share.title, us(run.compute.quantile(share.p)));
     fmt::print(" max {:.1f}\n\n", us(run.compute.max()));
@@ -155,9 +155,11 @@ class Bench {
       for (std::size_t i = 0; i < kWakeupShares; ++i) fmt::print("{:>9.1f}", quantile(kShares[i].p));
       fmt::print("{:>9.0f}{:>9}", max, count);
     };
-    row(when + ": control loop", [&](double p) { return us(found.loop.quantile(p)); }, us(found.loop.max()), found.loop.count());
+    row(
+        when + ": control loop", [&](double p) { return us(found.loop.quantile(p)); }, us(found.loop.max()), found.loop.count());
     fmt::print("{:>7.1f}\n", found.load);
-    row(when + ": cyclictest", [&](double p) { return found.yardstick.quantile_us(p); }, found.yardstick.max_us(), found.yardstick.count());
+    row(
+        when + ": cyclictest", [&](double p) { return found.yardstick.quantile_us(p); }, found.yardstick.max_us(), found.yardstick.count());
     fmt::print("\n{:<26}", when + ": ratio");
     for (std::size_t i = 0; i < kWakeupShares; ++i) {
       const Share& share = kShares[i];

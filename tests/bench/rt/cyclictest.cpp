@@ -53,13 +53,13 @@ double LatencyCounts::quantile_us(double p) const noexcept {
 LatencyCounts run_cyclictest(const LatencySettings& settings, Duration span) {
   const auto file = std::filesystem::temp_directory_path() / fmt::format("breakshot-cyclictest-{}.json", getpid());
   // --mlockall as the controller does. Its other defaults are in its favour: it also asks the processor not to sleep deeply (/dev/cpu_dma_latency).
-  ChildProgram program{"cyclictest",
-                       "rt-tests",
-                       {"--quiet", "--mlockall", "--policy=fifo", fmt::format("--priority={}", settings.priority),
-                        fmt::format("--affinity={}", settings.cpu), "--threads=1",
-                        fmt::format("--interval={}", settings.period / std::chrono::microseconds{1}),
-                        fmt::format("--loops={}", span / settings.period), fmt::format("--histogram={}", kLongestBin),
-                        fmt::format("--json={}", file.string())}};
+  ChildProgram program{
+      "cyclictest",
+      "rt-tests",
+      {"--quiet", "--mlockall", "--policy=fifo", fmt::format("--priority={}", settings.priority),
+       fmt::format("--affinity={}", settings.cpu), "--threads=1",
+       fmt::format("--interval={}", settings.period / std::chrono::microseconds{1}), fmt::format("--loops={}", span / settings.period),
+       fmt::format("--histogram={}", kLongestBin), fmt::format("--json={}", file.string())}};
   const std::string said = program.wait(span + std::chrono::seconds{30});
   std::ifstream in{file};
   const nlohmann::json report = nlohmann::json::parse(in, nullptr, false);

@@ -27,7 +27,8 @@ TEST(LatencyCounts, ReadsAReportAndCountsWhatIsBeyondTheLastBin) {
 }
 
 TEST(LatencyCounts, RefusesAnotherReport) {
-  for (const char* const text : {"{}", R"({"thread": {"0": {}}})", R"({"thread": {"0": {"histogram": {"x": 1}, "cycles": 1, "max": 1}}})", "7"})
+  for (const char* const text :
+       {"{}", R"({"thread": {"0": {}}})", R"({"thread": {"0": {"histogram": {"x": 1}, "cycles": 1, "max": 1}}})", "7"})
     EXPECT_THROW(LatencyCounts{nlohmann::json::parse(text)}, std::runtime_error) << text;
 }
 

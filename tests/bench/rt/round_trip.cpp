@@ -119,8 +119,8 @@ RoundTrips measure_round_trips(const RoundTripSettings& settings) {
   Answers our_answers;
   dds::Participant participant{settings.domain, "breakshot-bench-rt"};
   dds::Writer<JointCommand> commands{participant, kOurCommands};
-  const dds::Subscription<JointState> states{
-      participant, [&our_answers](JointState&& state) { our_answers.arrived(state.command_seq); }, kOurStates};
+  const dds::Subscription<JointState> states{participant, [&our_answers](JointState&& state) { our_answers.arrived(state.command_seq); },
+                                             kOurStates};
   JointCommand command = a_command();
   const auto send_ours = [&](std::uint64_t seq) {
     command.seq = seq;

@@ -22,7 +22,8 @@ enum class Link { kOurs, kBare };
 struct RoundTripSettings {
   int count = 20'000;  ///< of either kind
   int domain = 0;
-  int priority = 60;  ///< SCHED_FIFO of the sending thread and of DDS's threads on both sides, as the controller's; where the system grants it
+  int priority =
+      60;  ///< SCHED_FIFO of the sending thread and of DDS's threads on both sides, as the controller's; where the system grants it
 };
 
 /// Starts this program again for the other side of each link (see run_echo()) and measures, one round trip per ms, in turns of 250 (A B A B).

@@ -23,8 +23,8 @@ namespace {
 
 namespace stand = control::test;
 
-/// Long against the start of a process, short against what else the machine may take up meanwhile.
-constexpr Duration kTurn = std::chrono::seconds{5};
+/// Long against the start of a process, short against what else the machine takes up and leaves off meanwhile.
+constexpr Duration kTurn = std::chrono::seconds{2};
 
 rt::RealtimeSettings realtime_of(const LatencySettings& settings) {
   rt::RealtimeSettings realtime;
