@@ -32,40 +32,46 @@ std::uint64_t exchanges() {
 /// A writer that is so far ahead of its reader gives way now and then, or on a busy machine it would write whole time slices long for nobody.
 constexpr std::uint64_t kFarAhead = 4;
 
-/// Keeps the calling thread to the first or to the last core that this process may use. Left alone, the scheduler likes to put two threads that
-/// give way to each other on one core, where nothing can tear.
-void stay_on(bool first) {
+/// Cores that this process may use.
+std::vector<int> cores() {
   cpu_set_t allowed;
-  ASSERT_EQ(sched_getaffinity(0, sizeof allowed, &allowed), 0);
-  std::vector<int> cores;
+  std::vector<int> found;
+  if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return found;
   for (int core = 0; core < CPU_SETSIZE; ++core) {
-    if (CPU_ISSET(core, &allowed)) cores.push_back(core);
+    if (CPU_ISSET(core, &allowed)) found.push_back(core);
   }
+  return found;
+}
+
+/// Keeps the calling thread to a core. Left alone, the scheduler likes to put two threads that give way to each other on one, where nothing can tear.
+void stay_on(int core) {
   cpu_set_t one;
   CPU_ZERO(&one);
-  CPU_SET(first ? cores.front() : cores.back(), &one);
+  CPU_SET(core, &one);
   ASSERT_EQ(pthread_setaffinity_np(pthread_self(), sizeof one, &one), 0);
 }
 
-/// Gives way at every 64th call: the other side, when it runs, answers sooner than that.
+/// Gives way now and then. Seldom where the other side has a core of its own: it answers within a microsecond, and on a busy machine whoever gives way
+/// waits for all others.
 class Patience {
  public:
   void wait() {
-    if (++calls_ % 64 == 0) std::this_thread::yield();
+    if (++calls_ % every_ == 0) std::this_thread::yield();
   }
 
  private:
+  unsigned every_ = cores().size() > 1 ? 1U << 16U : 64U;
   unsigned calls_ = 0;
 };
 
 /// Runs a writer and a reader on two threads, and on two cores if there are two.
 void side_by_side(const std::function<void()>& write, const std::function<void()>& read) {
   std::thread writer{[&] {
-    stay_on(true);
+    stay_on(cores().front());
     write();
   }};
   std::thread reader{[&] {
-    stay_on(false);
+    stay_on(cores().back());
     read();
   }};
   writer.join();
