@@ -5,9 +5,10 @@
 //   it comes the time to read that clock, a system call of some 0.3 us, from which nothing is subtracted.
 // Round trip: a command until the state that acknowledges it, through the cell's own endpoints (common/dds) with the profile of cell/joint_command and
 //   cell/joint_state, to a process that answers at once; beside bare Fast DDS with the same transport, QoS, types and scheduling (rt/bare_endpoint.hpp). Not through
-//   sim_bridge: it takes a command at the next of its ticks and answers at the one after, which would hide the endpoints behind 1 to 2 ms of simulated drives.
+//   sim_bridge: it answers at its next tick, and that wait of up to 1 ms would hide what the endpoints cost. rtt_ratio is that of the medians.
 // Wake-up: the controller's loop thread beside cyclictest, alone and under stress-ng (rt/wakeup.hpp). Counted from the instant slept for on both sides; quantiles
-//   are upper ends of bins on both sides, ours 1/32 wide, cyclictest's 1 us.
+//   are upper ends of bins on both sides, ours 1/32 wide, cyclictest's 1 us. Metrics: idle.wakeup_p99_ratio, stressed.wakeup_p99_ratio and so on;
+//   wakeup_p99_ratio and wakeup_p999_ratio are the larger of the two.
 
 #include "common/config/cell_config.hpp"
 #include "controller/controller_config.hpp"
@@ -22,6 +23,7 @@
 #include <CLI/CLI.hpp>
 
 #include <array>
+#include <cstdio>
 #include <iostream>
 #include <optional>
 #include <thread>
@@ -191,6 +193,7 @@ int run(const Arguments& arguments) {
     if (!arguments.no_stress) find_program("stress-ng", "stress-ng");
   }
   Bench bench{arguments};
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);  // it takes minutes, and whoever reads it through a pipe waits as well
   if (!arguments.no_ticks) bench.measure_ticks();
   if (!arguments.no_round_trip) bench.measure_round_trip(config.io_priority);
   if (!arguments.no_wakeup) bench.measure_wakeup(config);

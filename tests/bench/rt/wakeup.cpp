@@ -70,7 +70,12 @@ void run_loop(const LatencySettings& settings, int io_priority, Duration span, W
   const control::CommandSender sender{links, io_priority, [&drives](const JointCommand& command) { drives.take(command); }};
   control::LoopThread thread{control::LoopThread::Mode::kRealTime, loop, links, config.period, realtime_of(settings)};
   if (const auto missing = thread.missing_guarantees(); !missing.empty()) throw std::runtime_error(missing.front().what);
-  std::this_thread::sleep_for(span);
+  {
+    // Else this thread oversleeps just when the machine is busy, and the loop is measured longer in its worst moments than cyclictest, which counts its cycles.
+    const process::InheritedFifo awake{io_priority};
+    std::this_thread::sleep_for(span);
+    thread.stop();
+  }
   const control::LoopFigures& figures = thread.stop();
   if (const int error = links.timer_error; error != 0) throw std::runtime_error(fmt::format("clock_nanosleep: {}", std::strerror(error)));
   if (!channels.status.latest().ready()) throw std::runtime_error("the loop was not ready for strokes when it was stopped");
