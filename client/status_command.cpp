@@ -15,6 +15,11 @@ namespace {
 
 constexpr int kNothingHeard = 3;
 
+nlohmann::json to_json(const LoopTail& tail) {
+  return {
+      {"p50_us", tail.p50_us}, {"p99_us", tail.p99_us}, {"p999_us", tail.p999_us}, {"p9999_us", tail.p9999_us}, {"max_us", tail.max_us}};
+}
+
 nlohmann::json to_json(const Health& h) {
   return {{"state", to_string(h.state)},
           {"text", h.text},
@@ -25,11 +30,15 @@ nlohmann::json to_json(const Health& h) {
           {"loop_hz", h.loop_hz},
           {"cycles", h.cycles},
           {"overruns", h.overruns},
-          {"wakeup_p99_us", h.wakeup_p99_us},
-          {"wakeup_max_us", h.wakeup_max_us},
-          {"compute_p99_us", h.compute_p99_us},
-          {"compute_max_us", h.compute_max_us},
+          {"overruns_ours", h.overruns_ours},
+          {"overruns_hosts", h.overruns_hosts},
+          {"wakeup", to_json(h.wakeup)},
+          {"compute", to_json(h.compute)},
           {"dropped", h.dropped}};
+}
+
+std::string text_of(const LoopTail& tail) {
+  return fmt::format("{:.0f}/{:.0f}/{:.0f}/{:.0f}/{:.0f}", tail.p50_us, tail.p99_us, tail.p999_us, tail.p9999_us, tail.max_us);
 }
 
 void print(const std::map<std::string, Health>& processes) {
@@ -38,8 +47,12 @@ void print(const std::map<std::string, Health>& processes) {
   for (const auto& [name, h] : processes) {
     const double up = to_seconds(h.uptime);
     fmt::print("{:<14}{:<10}{:>8}{:>10.1f}{:>8.1f}{:>8.1f}{:>9.1f}{:>10}{:>8.0f} us{:>9}  {}\n", name, to_string(h.state), h.pid, up,
-               up > 0.0 ? 100.0 * h.cpu_s / up : 0.0, static_cast<double>(h.rss_bytes) / 1048576.0, h.loop_hz, h.overruns, h.wakeup_p99_us,
+               up > 0.0 ? 100.0 * h.cpu_s / up : 0.0, static_cast<double>(h.rss_bytes) / 1048576.0, h.loop_hz, h.overruns, h.wakeup.p99_us,
                h.dropped, h.text);
+    if (h.wakeup.p9999_us > 0.0) {
+      fmt::print("{:<14}wake-up {}, tick {} us (p50/p99/p99.9/p99.99/max); overruns: {} ours, {} the host's\n", "", text_of(h.wakeup),
+                 text_of(h.compute), h.overruns_ours, h.overruns_hosts);
+    }
   }
 }
 

@@ -148,7 +148,7 @@ class Gateway {
         static_cast<std::uint32_t>(std::min<std::int64_t>((now.cell - mes_heard_) / std::chrono::milliseconds{1}, 1'000'000'000));
     if (const Health* controller = watch_.of("controller")) {
       status.loop_overruns = controller->overruns;
-      status.loop_max_us = controller->wakeup_max_us;
+      status.loop_max_us = controller->wakeup.max_us;
       if (controller->state == HealthState::kFault) status.safety = SafetyState::kFault;
       if (controller->state == HealthState::kStopped) status.safety = SafetyState::kProtectiveStop;
     }

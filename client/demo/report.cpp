@@ -123,7 +123,7 @@ std::string summary(const RunRecord& run) {
     const double up = to_seconds(h.uptime);
     std::string loop;
     if (h.loop_hz > 0.0)
-      loop = fmt::format("   loop {:.1f} Hz, {} overruns, wake-up p99 {:.0f} us", h.loop_hz, h.overruns, h.wakeup_p99_us);
+      loop = fmt::format("   loop {:.1f} Hz, {} overruns, wake-up p99 {:.0f} us", h.loop_hz, h.overruns, h.wakeup.p99_us);
     row(name, fmt::format("cpu {:5.1f} %  memory {:6.1f} MiB{}", up > 0.0 ? 100.0 * h.cpu_s / up : 0.0,
                           static_cast<double>(h.rss_bytes) / 1048576.0, loop));
   }
@@ -161,10 +161,10 @@ json to_json(const RunRecord& run) {
                               {"loop_hz", h.loop_hz},
                               {"overruns", h.overruns},
                               {"cycles", h.cycles},
-                              {"wakeup_p99_us", h.wakeup_p99_us},
-                              {"wakeup_max_us", h.wakeup_max_us},
-                              {"compute_p99_us", h.compute_p99_us},
-                              {"compute_max_us", h.compute_max_us},
+                              {"wakeup_p99_us", h.wakeup.p99_us},
+                              {"wakeup_max_us", h.wakeup.max_us},
+                              {"compute_p99_us", h.compute.p99_us},
+                              {"compute_max_us", h.compute.max_us},
                               {"dropped", h.dropped}};
   }
   return out;

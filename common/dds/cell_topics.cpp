@@ -33,6 +33,25 @@ void check_joints(Door& door, std::string_view field, const WireJoints& values, 
   for (const double value : values) door.within(field, value, -most, most);
 }
 
+constexpr double kLongestSpan = 1e12;  // us: eleven days
+
+void put(const LoopTail& from, breakshot_msgs::msg::LoopTail& to) {
+  to.p50_us(from.p50_us);
+  to.p99_us(from.p99_us);
+  to.p999_us(from.p999_us);
+  to.p9999_us(from.p9999_us);
+  to.max_us(from.max_us);
+}
+
+LoopTail get(const breakshot_msgs::msg::LoopTail& from) {
+  return {from.p50_us(), from.p99_us(), from.p999_us(), from.p9999_us(), from.max_us()};
+}
+
+void check_tail(Door& door, std::string_view field, const breakshot_msgs::msg::LoopTail& tail) {
+  for (const double value : {tail.p50_us(), tail.p99_us(), tail.p999_us(), tail.p9999_us(), tail.max_us()})
+    door.within(field, value, 0.0, kLongestSpan);
+}
+
 }  // namespace
 
 // Plain types whose C++ layout must equal their CDR layout, because Fast DDS copies them as they are.
@@ -190,10 +209,10 @@ void Topic<Health>::encode(const Health& value, Wire& wire) {
   wire.loop_hz(value.loop_hz);
   wire.cycles(value.cycles);
   wire.overruns(value.overruns);
-  wire.wakeup_p99_us(value.wakeup_p99_us);
-  wire.wakeup_max_us(value.wakeup_max_us);
-  wire.compute_p99_us(value.compute_p99_us);
-  wire.compute_max_us(value.compute_max_us);
+  wire.overruns_ours(value.overruns_ours);
+  wire.overruns_hosts(value.overruns_hosts);
+  put(value.wakeup, wire.wakeup());
+  put(value.compute, wire.compute());
   wire.cpu_s(value.cpu_s);
   wire.rss_bytes(value.rss_bytes);
   wire.dropped(value.dropped);
@@ -202,10 +221,9 @@ void Topic<Health>::encode(const Health& value, Wire& wire) {
 Result<Health, Invalid> Topic<Health>::decode(const Wire& wire) {
   Door door;
   door.enumerated("state", wire.state(), static_cast<unsigned>(HealthState::kFault));
-  for (const double value :
-       {wire.loop_hz(), wire.wakeup_p99_us(), wire.wakeup_max_us(), wire.compute_p99_us(), wire.compute_max_us(), wire.cpu_s()}) {
-    door.finite("figure", value);
-  }
+  for (const double value : {wire.loop_hz(), wire.cpu_s()}) door.finite("figure", value);
+  check_tail(door, "wakeup", wire.wakeup());
+  check_tail(door, "compute", wire.compute());
   if (!door.good()) return door.why();
   Health value;
   value.process = wire.process().to_string();
@@ -218,10 +236,10 @@ Result<Health, Invalid> Topic<Health>::decode(const Wire& wire) {
   value.loop_hz = wire.loop_hz();
   value.cycles = wire.cycles();
   value.overruns = wire.overruns();
-  value.wakeup_p99_us = wire.wakeup_p99_us();
-  value.wakeup_max_us = wire.wakeup_max_us();
-  value.compute_p99_us = wire.compute_p99_us();
-  value.compute_max_us = wire.compute_max_us();
+  value.overruns_ours = wire.overruns_ours();
+  value.overruns_hosts = wire.overruns_hosts();
+  value.wakeup = get(wire.wakeup());
+  value.compute = get(wire.compute());
   value.cpu_s = wire.cpu_s();
   value.rss_bytes = wire.rss_bytes();
   value.dropped = wire.dropped();

@@ -106,9 +106,14 @@ class RefusalNotes {
 
 double microseconds(Duration span) noexcept { return 1e6 * to_seconds(span); }
 
+LoopTail tail_of(const rt::Histogram& histogram) {
+  return {microseconds(histogram.quantile(0.5)), microseconds(histogram.quantile(0.99)), microseconds(histogram.quantile(0.999)),
+          microseconds(histogram.quantile(0.9999)), microseconds(histogram.max())};
+}
+
 std::string percentiles(const rt::Histogram& histogram) {
-  return fmt::format("{:.0f}/{:.0f}/{:.0f}/{:.0f}/{:.0f}", microseconds(histogram.quantile(0.5)), microseconds(histogram.quantile(0.99)),
-                     microseconds(histogram.quantile(0.999)), microseconds(histogram.quantile(0.9999)), microseconds(histogram.max()));
+  const LoopTail tail = tail_of(histogram);
+  return fmt::format("{:.0f}/{:.0f}/{:.0f}/{:.0f}/{:.0f}", tail.p50_us, tail.p99_us, tail.p999_us, tail.p9999_us, tail.max_us);
 }
 
 void log_figures(const LoopFigures& figures) {
@@ -129,10 +134,10 @@ class HealthReport {
     health.text = text_of(loop, timer_error, figures.overruns);
     health.cycles = figures.cycles;
     health.overruns = figures.overruns.ours + figures.overruns.hosts;
-    health.wakeup_p99_us = microseconds(figures.wakeup.quantile(0.99));
-    health.wakeup_max_us = microseconds(figures.wakeup.max());
-    health.compute_p99_us = microseconds(figures.compute.quantile(0.99));
-    health.compute_max_us = microseconds(figures.compute.max());
+    health.overruns_ours = figures.overruns.ours;
+    health.overruns_hosts = figures.overruns.hosts;
+    health.wakeup = tail_of(figures.wakeup);
+    health.compute = tail_of(figures.compute);
     for (std::size_t flaw = 1; flaw < loop.states.size(); ++flaw) health.dropped += loop.states[flaw];
     measure_rate(health);
 

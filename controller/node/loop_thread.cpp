@@ -46,7 +46,7 @@ void LoopThread::run_realtime() noexcept {
     send(loop_.tick(came ? &state : nullptr, tick.due));
     judge.skipped(tick.skipped);
     figures_.overruns = judge.overruns();
-    figures_.wakeup.record(tick.woke - tick.due);
+    figures_.wakeup.record(tick.lateness(period_));
     const Duration compute = rt::monotonic_now() - tick.woke;
     if (judge.is_late(compute)) {
       judge.late_tick(compute, rt::thread_cpu_now());

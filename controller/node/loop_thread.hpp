@@ -20,7 +20,7 @@ namespace breakshot::control {
 struct LoopFigures {
   std::uint64_t cycles = 0;
   rt::Overruns overruns;  ///< periods that got no tick
-  rt::Histogram wakeup;   ///< from the instant of a tick to when the thread ran; empty in lockstep mode
+  rt::Histogram wakeup;   ///< from the instant slept for to when the thread ran, skipped periods included; empty in lockstep mode
   rt::Histogram compute;  ///< wall time of a tick
 };
 

@@ -31,7 +31,7 @@ class Histogram {
   static constexpr unsigned kSubBits = 5;
   static constexpr unsigned kSubBins = 1U << kSubBits;
   static constexpr unsigned kTopBit = 36;  // 2^36 ns = 68.7 s
-  static constexpr std::size_t kBins = (kTopBit - kSubBits + 1) * kSubBins;
+  static constexpr std::size_t kBins = std::size_t{kTopBit - kSubBits + 1} * kSubBins;
 
   static std::size_t bin_of(std::uint64_t ns) noexcept;
   static std::uint64_t upper_bound_of(std::size_t bin) noexcept;

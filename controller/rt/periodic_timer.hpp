@@ -33,6 +33,9 @@ struct TimerTick {
   Time woke{};                ///< when the sleep really ended
   std::uint64_t skipped = 0;  ///< whole periods skipped before this tick
   int error = 0;              ///< 0, or the errno of clock_nanosleep: the timer is unusable and the caller must end
+
+  /// From the instant slept for to the wake-up, which may be more than the period. (What cyclictest calls latency.)
+  constexpr Duration lateness(Duration period) const noexcept { return woke - due + static_cast<std::int64_t>(skipped) * period; }
 };
 
 /// Now on CLOCK_MONOTONIC, which is the cell clock in real-time mode. About 20 ns, no system call (vDSO).

@@ -9,8 +9,8 @@ namespace breakshot::rt {
 struct RealtimeSettings {
   int priority = 80;  ///< SCHED_FIFO, 1 to 99; above the kernel's threaded interrupts (50), below its migration and watchdog threads (99)
   int cpu = -1;       ///< core to stay on; -1: any
-  std::size_t stack_bytes = 512 * 1024;       ///< touched in advance, of the calling thread's stack
-  std::size_t heap_bytes = 16 * 1024 * 1024;  ///< touched in advance and kept by the allocator
+  std::size_t stack_bytes = std::size_t{512} * 1024;       ///< touched in advance, of the calling thread's stack
+  std::size_t heap_bytes = std::size_t{16} * 1024 * 1024;  ///< touched in advance and kept by the allocator
 };
 
 /// A guarantee that could not be had.

@@ -154,8 +154,8 @@ class PerceptionNode {
     const double silence = to_seconds(process::monotonic_now() - s.arrived);
     h.cycles = s.frames;
     h.loop_hz = s.hz;
-    h.compute_p99_us = s.p99_us;
-    h.compute_max_us = s.max_us;
+    h.compute.p99_us = s.p99_us;
+    h.compute.max_us = s.max_us;
     h.dropped = intake_.dropped();
     h.state = HealthState::kDegraded;
     if (silence > to_seconds(config_.silence_limit)) {

@@ -264,10 +264,10 @@ bool SimBridge::report(Health& health) {
   health.cycles = figures.ticks;
   health.loop_hz = figures.rate;
   health.overruns = figures.slipped;
-  health.wakeup_p99_us = figures.wakeup_p99_us;
-  health.wakeup_max_us = figures.wakeup_max_us;
-  health.compute_p99_us = figures.compute_p99_us;
-  health.compute_max_us = figures.compute_max_us;
+  health.wakeup.p99_us = figures.wakeup_p99_us;
+  health.wakeup.max_us = figures.wakeup_max_us;
+  health.compute.p99_us = figures.compute_p99_us;
+  health.compute.max_us = figures.compute_max_us;
   health.dropped = camera_.dropped();
   health.text = fmt::format("{}; frames {}; commands taken {}, refused {}",
                             lockstep_ ? (figures.waiting ? "waiting for a controller" : "lockstep") : "real time", camera_.published(),

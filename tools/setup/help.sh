@@ -125,6 +125,14 @@ TEXT
 ./breakshot bench [NAME] [options] [--json OUT]
 
 Runs a benchmark: prints a table for people, and with --json writes one JSON object. Without a NAME it lists the benchmarks.
+  rt           the control loop: 10^7 ticks under watch, round trip beside bare Fast DDS, wake-up beside cyclictest, idle and under stress-ng;
+               some ten minutes; as root, or with the right to SCHED_FIFO and locked memory
+  ik           inverse kinematics beside KDL's solvers
+  strokes      planned strokes: accuracy, limits, time beside lower bounds
+  paper        strategies over whole episodes in the in-process cell
+  world        the planner's virtual world beside ODE and Box2D
+  perception   finding discs in rendered pictures
+  camera       what a rendered frame costs
 Each says its options with: ./breakshot bench NAME -- --help
 TEXT
       ;;

@@ -5,6 +5,7 @@
 #include <fastdds/rtps/common/SerializedPayload.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
 #include <random>
 
@@ -124,6 +125,34 @@ TEST(TaskCodec, CarriesGapsThatAreInfiniteOrUnknown) {
   EXPECT_TRUE(std::isnan(got->predicted_gap));
   EXPECT_EQ(got->predicted_p_WD, plan.predicted_p_WD);
   EXPECT_EQ(got->candidates.size(), 1U);
+}
+
+TEST(HealthCodec, KeepsTheTailsAndWhoseTheOverrunsAreAndRefusesRubbish) {
+  Health sent;
+  sent.process = "controller";
+  sent.overruns = 9;
+  sent.overruns_ours = 2;
+  sent.overruns_hosts = 7;
+  sent.wakeup = {5.0, 30.0, 60.0, 120.0, 4000.0};
+  sent.compute = {1.0, 2.0, 20.0, 40.0, 200.0};
+  const auto got = travel(sent);
+  ASSERT_TRUE(got) << got.error();
+  EXPECT_EQ(got->overruns, 9U);
+  EXPECT_EQ(got->overruns_ours, 2U);
+  EXPECT_EQ(got->overruns_hosts, 7U);
+  const auto list = [](const LoopTail& t) { return std::array{t.p50_us, t.p99_us, t.p999_us, t.p9999_us, t.max_us}; };
+  EXPECT_EQ(list(got->wakeup), list(sent.wakeup));
+  EXPECT_EQ(list(got->compute), list(sent.compute));
+  for (double LoopTail::*const field : {&LoopTail::p50_us, &LoopTail::p99_us, &LoopTail::p999_us, &LoopTail::p9999_us, &LoopTail::max_us}) {
+    for (const double rubbish : {kNaN, kInfinity, -1.0}) {
+      Health wrong = sent;
+      wrong.wakeup.*field = rubbish;
+      EXPECT_FALSE(travel(wrong)) << rubbish;
+      wrong = sent;
+      wrong.compute.*field = rubbish;
+      EXPECT_FALSE(travel(wrong)) << rubbish;
+    }
+  }
 }
 
 TEST(CameraCodec, RefusesAPoseThatIsNotRigid) {

@@ -58,6 +58,7 @@ TEST(ControlLoopRealtime, AMillionTicksWithoutHeapLockSystemCallOrPageFault) {
   if (run.watched_faults) {
     EXPECT_EQ(run.sins.faults, 0);
   }
+  EXPECT_EQ(run.overruns.ours, 0U);
   EXPECT_EQ(run.dropped, 0U);
   EXPECT_GT(run.started, 250);
   EXPECT_GT(run.stopped, 250);

@@ -49,7 +49,9 @@ WatchedRun run_watched(int ticks, unsigned seed) {
     if (random() % 100 == 0) state.q[0] = std::nan("");
     const bool lost = (i / 100) % 30 == 0 || random() % 50 == 0;
 
-    run.compute.record(run.sins.watch([&] { stand.last = stand.loop.tick(lost ? nullptr : &state, stand.now()); }));
+    const Sins::Cost cost = run.sins.watch([&] { stand.last = stand.loop.tick(lost ? nullptr : &state, stand.now()); });
+    run.compute.record(cost.cpu);
+    if (cost.wall >= kTick) ++(rt::overran_by_computing(cost.wall, cost.cpu) ? run.overruns.ours : run.overruns.hosts);
 
     stand.drives.take(stand.last);
     for (const auto& event : stand.events()) {

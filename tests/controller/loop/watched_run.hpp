@@ -5,6 +5,7 @@
 
 #include "common/time.hpp"
 #include "controller/rt/histogram.hpp"
+#include "controller/rt/overrun.hpp"
 #include "controller/rt/periodic_timer.hpp"
 
 #include <cstdint>
@@ -20,9 +21,16 @@ struct Sins {
   SyscallCounts system;
   long faults = 0;
 
-  /// Runs one piece of work under watch. @return the CPU time that it took
+  /// What a piece of work took, with reading the clocks.
+  struct Cost {
+    Duration cpu;
+    Duration wall;
+  };
+
+  /// Runs one piece of work under watch.
   template <typename Work>
-  Duration watch(const Work& work) {
+  Cost watch(const Work& work) {
+    const Time began = rt::monotonic_now();  // before the faults are counted: the first one ever maps the vDSO's data
     const long faults_before = page_faults();
     const Duration before = rt::thread_cpu_now();
     start_counting();
@@ -31,11 +39,12 @@ struct Sins {
     end_span();
     const CallCounts counts = stop_counting();
     const Duration after = rt::thread_cpu_now();
+    const Time ended = rt::monotonic_now();
     faults += page_faults() - faults_before;
     calls.heap += counts.heap;
     calls.mutexes += counts.mutexes;
     system = syscall_counts();
-    return after - before;
+    return {after - before, ended - began};
   }
 };
 
@@ -45,6 +54,7 @@ struct WatchedRun {
   bool watched_system_calls = false;
   bool watched_faults = false;  ///< memory could be locked, as the controller does it
   rt::Histogram compute;        ///< CPU time of the thread per tick
+  rt::Overruns overruns;        ///< ticks that took longer than their period, by whose fault
   std::uint64_t dropped = 0;    ///< by the flight recorder's tap
   int started = 0, stopped = 0, refused = 0, recovered = 0, restarted = 0;
 };

@@ -154,6 +154,28 @@ TEST_F(ControllerNode, StopsOnItsPathWhenToldToEndInMidStroke) {
   EXPECT_TRUE(stopped_again) << "what the process did, the replay does again";
 }
 
+TEST_F(ControllerNode, TellsTheTailsOfItsTimingAndWhoseTheOverrunsAre) {
+  dds::Reader<Health> healths{participant_};
+  start(false);
+  Health health;
+  ASSERT_TRUE(until([&] {
+    while (healths.take(health)) {
+    }
+    return health.process == "controller" && health.cycles > 300;
+  })) << controller_->log();
+  for (const LoopTail& tail : {health.wakeup, health.compute}) {
+    EXPECT_GT(tail.p50_us, 0.0);
+    EXPECT_LE(tail.p50_us, tail.p99_us);
+    EXPECT_LE(tail.p99_us, tail.p999_us);
+    EXPECT_LE(tail.p999_us, tail.p9999_us);
+    EXPECT_LE(tail.p9999_us, tail.max_us);
+  }
+  EXPECT_EQ(health.overruns, health.overruns_ours + health.overruns_hosts);
+  if (health.overruns > 0) {
+    EXPECT_GE(health.wakeup.max_us, 1000.0) << "a wake-up that lost periods came at least that late";
+  }
+}
+
 TEST_F(ControllerNode, StopsWhenTheBridgeDiesAndGoesOnOnlyWhenAskedTo) {
   start(false);
   ask(hit(1), [](const StrokeStatus& status) { return status.phase == StrokePhase::kTransit; });

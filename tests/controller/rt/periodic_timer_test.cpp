@@ -8,10 +8,13 @@
 namespace breakshot::rt {
 namespace {
 
+using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
 static_assert(settle_wakeup(Time{milliseconds{5}}, milliseconds{1}, Time{milliseconds{5}}).skipped == 0);
 static_assert(settle_wakeup(Time{milliseconds{5}}, milliseconds{1}, Time{milliseconds{6}}).due == Time{milliseconds{6}});
+
+static_assert(TimerTick{Time{milliseconds{9}}, Time{microseconds{9'300}}, 4}.lateness(milliseconds{1}) == microseconds{4'300});
 
 // The overrun policy, for any sequence of late wake-ups and long ticks: on the grid for ever, never two ticks in one period, every period
 // accounted for, and the tick that runs is the one of the period in which the thread woke.
