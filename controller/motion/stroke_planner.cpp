@@ -14,7 +14,7 @@ namespace {
 
 /// Shares of acceleration and jerk that dips may use. The search samples coarsely; when its first answer does not stand the check of every
 /// tick, the next one leaves more room.
-constexpr std::array kDipShares{0.97, 0.85};
+constexpr std::array kDipShares{0.97, 0.85, 0.7};
 /// Rounding that the check forgives, relative to a limit.
 constexpr double kRounding = 1e-3;
 /// How far from unit length a direction may be.

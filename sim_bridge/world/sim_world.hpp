@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 namespace breakshot::sim_bridge {
@@ -25,6 +26,13 @@ struct SimSettings {
   JointVector q_start;          ///< where the arm stands at first, rad; empty: all joints at 0
   std::uint64_t session = 1;    ///< of the drives, for JointState::session
   Time start{};                 ///< of the cell clock
+};
+
+/// The striker as a disc felt it: the instant before the first impulse.
+struct Strike {
+  Time at{};  ///< on the grid of the table's sub-steps, so late by one of them at most
+  Vector2 p_WS{0.0, 0.0};
+  Vector2 v_WS_W{0.0, 0.0};
 };
 
 /// The whole physical cell: arm, drives, striker, table and discs, advanced tick by tick.
@@ -66,6 +74,9 @@ class SimWorld {
   void snapshot(WorldSnapshot& into) const;
   /// All but seq and control_seq, which belong to the topic.
   SimTruth truth() const;
+
+  /// The first time that the striker met a disc since place(). For scoring.
+  const std::optional<Strike>& first_strike() const noexcept;
 
   /// True when no disc moves.
   bool discs_at_rest() const noexcept;
