@@ -29,13 +29,14 @@ double direction_error(const Vector2& v, const Vector2& direction) {
 /// One run: the loop, the world, and what comes of it.
 class Run {
  public:
-  Run(const StrokeRigSettings& settings, const sim_bridge::SimSettings& sim) : world_{settings.arm, sim}, loop_{settings.loop, *channels_} {}
+  Run(const StrokeRigSettings& settings, const sim_bridge::SimSettings& sim)
+      : world_{settings.arm, sim}, loop_{settings.loop, *channels_}, phase_{settings.phase} {}
 
   sim_bridge::SimWorld& world() noexcept { return world_; }
 
   void tick() {
     const JointState state = world_.joint_state();
-    const JointCommand command = loop_.tick(&state, world_.now());
+    const JointCommand command = loop_.tick(&state, world_.now() + phase_);
     if (command.q.size() != 0 && world_.command(command) != sim_bridge::CommandVerdict::kTaken)
       throw std::logic_error{"stroke rig: the drives refuse a command"};
     world_.tick();
@@ -56,6 +57,7 @@ class Run {
   sim_bridge::SimWorld world_;
   std::unique_ptr<control::LoopChannels> channels_ = std::make_unique<control::LoopChannels>();
   control::ControlLoop loop_;
+  Duration phase_;
 };
 
 }  // namespace
@@ -77,7 +79,7 @@ AchievedStroke StrokeRig::run(const StrokeRequest& request, const Trajectory& tr
   run.get_ready();
   run.start(trajectory);
   // The set-point of index k is sent k ticks from now, and the arm is to be there so much later.
-  const Time begin = run.world().now() + settings_.loop.lead + settings_.loop.drive_lag;
+  const Time begin = run.world().now() + settings_.phase + settings_.loop.lead + settings_.loop.drive_lag;
   const Time contact = begin + static_cast<std::int64_t>(trajectory.contact_tick) * trajectory.tick;
   const bool push = request.kind == StrokeKind::kPush;
 

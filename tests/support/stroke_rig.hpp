@@ -44,6 +44,8 @@ struct StrokeRigSettings {
   sim_bridge::SimSettings sim;  ///< X_WB of the cell; q_start and start are set per stroke
   control::LoopConfig loop;     ///< with the joints' limits
   double tip_height = 0.008;    ///< MotionSettings::tip_height, m
+  /// From a joint state's stamp to the loop's tick. 0 in lockstep; else the contact lies between two states.
+  Duration phase{};
 };
 
 /// Runs finished trajectories through the real control loop into the simulated arm, in lockstep, each in a world of its own. Reentrant.
