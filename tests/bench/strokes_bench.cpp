@@ -49,8 +49,9 @@ struct Totals {
   Errors hits_planned, hits_alone, hits_touch, pushes_planned, pushes_alone, pushes_with_discs;
   std::vector<double> late_us, measured_speed_pct;  ///< of first touches; of StrokeStatus::contact_speed beside the truth
   std::vector<double> over_bound, push_over_bound;
+  std::vector<double> margin;  ///< StrokeTimes::singularity_margin, m/rad
   double tracking_urad = 0.0, torque_share = 0.0;
-  int violations = 0, second_contacts = 0, stopped = 0, untouched = 0, unmeasured = 0, strokes = 0, accepted = 0;
+  int violations = 0, second_contacts = 0, stopped = 0, untouched = 0, unmeasured = 0, struck_twice = 0, strokes = 0, accepted = 0;
 
   void add(const Trial& trial) {
     ++strokes;
@@ -62,6 +63,7 @@ struct Totals {
     if (trial.over_bound > 0.0) over_bound.push_back(trial.over_bound);
     if (trial.push && trial.push->least > 0.0) push_over_bound.push_back(trial.push->planned / trial.push->least);
     if (trial.request.kind == StrokeKind::kPark) return;
+    margin.push_back(trial.times.singularity_margin);
     Errors& planned = hit ? hits_planned : pushes_planned;
     planned.add(trial.planned);
     planned.deviation.push_back(1e3 * trial.planned.line_deviation);
@@ -82,6 +84,7 @@ struct Totals {
       achieved.deviation.push_back(1e3 * run->line_deviation);
     }
     if (!hit) return;
+    if (trial.with_discs->strikes > 1) ++struck_twice;
     const auto& touch = trial.with_discs->touch;
     if (!touch) {
       ++untouched;
@@ -124,8 +127,8 @@ void put_row(const std::string& name, const std::vector<Trial>& trials, nlohmann
   for (std::size_t i = 0; i < trials.size(); ++i) {
     const StrokeRequest& r = trials[i].request;
     if (trials[i].broken.empty() && !trials[i].meets_disc_twice()) continue;
-    fmt::print("{:<14}  stroke {}, {} at ({:.4f}, {:.4f}) m along ({:.4f}, {:.4f}), {:.3f} m/s: {}{}\n", "", i, to_string(r.kind), r.p_WS.x(),
-               r.p_WS.y(), r.direction_W.x(), r.direction_W.y(), r.speed, trials[i].broken,
+    fmt::print("{:<14}  stroke {}, {} at ({:.4f}, {:.4f}) m along ({:.4f}, {:.4f}), {:.3f} m/s, low for {:.0f} mm: {}{}\n", "", i, to_string(r.kind), r.p_WS.x(),
+               r.p_WS.y(), r.direction_W.x(), r.direction_W.y(), r.speed, 1e3 * trials[i].times.low_after, trials[i].broken,
                trials[i].meets_disc_twice() ? "meets its disc twice" : "");
   }
   metrics[name + ".accepted_pct"] = accepted_pct;
@@ -224,9 +227,6 @@ int run(const Arguments& arguments) {
     metrics["hit_speed_err_pct_p99"] = worse(all.hits_alone.speed, all.hits_touch.speed, 0.99);
     metrics["push_deviation_mm_max"] = worse(all.pushes_alone.deviation, all.pushes_with_discs.deviation, 1.0);
     metrics["push_speed_err_pct_max"] = largest(all.pushes_alone.speed);
-    metrics["strokes_stopped"] = all.stopped;
-    metrics["hits_untouched"] = all.untouched;
-    metrics["hits_unmeasured"] = all.unmeasured;
     goal("hit_position_err_mm_p99", 0.3);
     goal("hit_direction_err_deg_p99", 0.3);
     goal("hit_speed_err_pct_p99", 1.0);
@@ -242,6 +242,10 @@ int run(const Arguments& arguments) {
     tell("hit_height_err_mm_max", largest(all.hits_alone.height));
     tell("contact_speed_err_pct_p99", quantile(all.measured_speed_pct, 0.99));
     tell("contact_speed_err_pct_max", largest(all.measured_speed_pct));
+    tell("strokes_stopped", all.stopped);
+    tell("hits_untouched", all.untouched);
+    tell("hits_unmeasured", all.unmeasured);
+    tell("hits_struck_twice", all.struck_twice);
     tell("push_empty_table_deviation_mm_max", largest(all.pushes_alone.deviation));
     tell("push_pair_deviation_mm_max", largest(all.pushes_with_discs.deviation));
     tell("push_pair_speed_err_pct_max", largest(all.pushes_with_discs.speed));
@@ -252,6 +256,8 @@ int run(const Arguments& arguments) {
                            "planned_push_deviation_mm_max"}) {
     tell(name, metrics[name].get<double>());
   }
+  tell("singularity_margin_m_per_rad_min", quantile(all.margin, 0.0));
+  tell("singularity_margin_m_per_rad_median", quantile(all.margin, 0.5));
   goal("push_over_toppra_median", 1.10);
   goal("transit_over_bound_mean", 1.25);
   goal("limit_violations", 0.0);

@@ -122,6 +122,7 @@ AchievedStroke StrokeRig::run(const StrokeRequest& request, const Trajectory& tr
   if (!ended) throw std::logic_error{"stroke rig: a stroke does not end"};
 
   achieved.peak_torque_share = run.world().peak_torque_share();
+  achieved.strikes = run.world().truth().strikes;
   if (const auto& strike = run.world().first_strike()) {
     achieved.touch = {.position_error = (strike->p_WS - request.p_WS).norm(),
                       .direction_error = direction_error(strike->v_WS_W, request.direction_W),

@@ -7,6 +7,7 @@
 #include "controller/motion/trajectory.hpp"
 #include "sim_bridge/world/sim_world.hpp"
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -32,6 +33,7 @@ struct AchievedStroke {
     double speed = 0.0;                                                     ///< of the rod along direction_W, m/s
   };
   std::optional<Touch> touch;
+  std::uint32_t strikes = 0;  ///< times that the rod came to a disc
 
   /// LoopEvent::kContact in terms of the tip: speed along direction_W, m/s. What StrokeStatus::contact_speed says.
   std::optional<double> measured_speed;
