@@ -29,8 +29,12 @@ double direction_error(const Vector2& v, const Vector2& direction) {
 /// One run: the loop, the world, and what comes of it.
 class Run {
  public:
-  Run(const StrokeRigSettings& settings, const sim_bridge::SimSettings& sim)
-      : world_{settings.arm, sim}, loop_{settings.loop, *channels_}, phase_{settings.phase} {}
+  Run(const StrokeRigSettings& settings, const sim_bridge::SimSettings& sim, std::vector<control::TickRecord>* ticks)
+      : world_{settings.arm, sim},
+        tap_{ticks != nullptr ? std::make_unique<control::FlightTap>() : nullptr},
+        ticks_{ticks},
+        loop_{settings.loop, *channels_, tap_.get()},
+        phase_{settings.phase} {}
 
   sim_bridge::SimWorld& world() noexcept { return world_; }
 
@@ -40,6 +44,8 @@ class Run {
     if (command.q.size() != 0 && world_.command(command) != sim_bridge::CommandVerdict::kTaken)
       throw std::logic_error{"stroke rig: the drives refuse a command"};
     world_.tick();
+    control::TickRecord record;
+    while (tap_ && tap_->ticks.pop(record)) ticks_->push_back(record);
   }
   void get_ready() {
     for (int i = 0; i < kMostTicksToReady; ++i) {
@@ -56,6 +62,8 @@ class Run {
  private:
   sim_bridge::SimWorld world_;
   std::unique_ptr<control::LoopChannels> channels_ = std::make_unique<control::LoopChannels>();
+  std::unique_ptr<control::FlightTap> tap_;
+  std::vector<control::TickRecord>* ticks_;
   control::ControlLoop loop_;
   Duration phase_;
 };
@@ -64,7 +72,8 @@ class Run {
 
 StrokeRig::StrokeRig(StrokeRigSettings settings) : settings_{std::move(settings)}, kinematics_{settings_.arm, settings_.sim.X_WB} {}
 
-AchievedStroke StrokeRig::run(const StrokeRequest& request, const Trajectory& trajectory, std::span<const SimDisc> discs) const {
+AchievedStroke StrokeRig::run(const StrokeRequest& request, const Trajectory& trajectory, std::span<const SimDisc> discs,
+                              std::vector<control::TickRecord>* ticks) const {
   const auto joints = [&](const std::array<double, kMaxJoints>& values) { return JointVector{JointVector::Map(values.data(), trajectory.joints)}; };
   const auto along_tip = [&](const JointVector& q, const JointVector& qd) {
     kinematics::Jacobian J_W;
@@ -74,7 +83,7 @@ AchievedStroke StrokeRig::run(const StrokeRequest& request, const Trajectory& tr
   sim_bridge::SimSettings sim = settings_.sim;
   sim.q_start = joints(trajectory.points[0].q);
   sim.start = kStart;
-  Run run{settings_, sim};
+  Run run{settings_, sim, ticks};
   run.world().place(discs);
   run.get_ready();
   run.start(trajectory);

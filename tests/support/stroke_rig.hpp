@@ -3,6 +3,7 @@
 #include "common/stroke.hpp"
 #include "common/urdf/arm_description.hpp"
 #include "controller/kinematics/arm_kinematics.hpp"
+#include "controller/loop/flight_tap.hpp"
 #include "controller/loop/loop_config.hpp"
 #include "controller/motion/trajectory.hpp"
 #include "sim_bridge/world/sim_world.hpp"
@@ -57,8 +58,10 @@ class StrokeRig {
 
   /// @param trajectory  of `request`, from rest
   /// @param discs       on the table
+  /// @param ticks       gets every tick of the loop, as its flight recorder does; may be null
   /// @throws std::invalid_argument for discs that cannot be placed
-  AchievedStroke run(const StrokeRequest& request, const motion::Trajectory& trajectory, std::span<const SimDisc> discs) const;
+  AchievedStroke run(const StrokeRequest& request, const motion::Trajectory& trajectory, std::span<const SimDisc> discs,
+                     std::vector<control::TickRecord>* ticks = nullptr) const;
 
   const StrokeRigSettings& settings() const noexcept { return settings_; }
 

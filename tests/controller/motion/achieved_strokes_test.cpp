@@ -3,6 +3,7 @@
 #include "common/config/cell_config.hpp"
 #include "common/urdf/cell_arm.hpp"
 #include "controller/controller_config.hpp"
+#include "controller/flight/drive_lag.hpp"
 #include "controller/motion/stroke_planner.hpp"
 #include "sim_bridge/sim_bridge_config.hpp"
 #include "tests/support/stroke_audit.hpp"
@@ -13,6 +14,7 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 namespace breakshot::motion {
 namespace {
@@ -129,6 +131,33 @@ TEST_F(AchievedStrokes, AWrongDelayIsSeenAtTheContactTick) {
   const AchievedStroke found = rig.run(hit, *trajectory_, {});
   EXPECT_NEAR(found.position_error, 0.6 * 3e-3, 0.2e-3);
   EXPECT_LE(found.direction_error, 0.3 * kDegree);
+}
+
+TEST_F(AchievedStrokes, TheDelayIsFoundFromWhatWasCommandedAndMeasured) {
+  for (const int lag_us : {0, 2000, 3300, 8000}) {
+    support::StrokeRigSettings settings = rig_settings();
+    settings.sim.drives.lag = std::chrono::microseconds{lag_us};
+    settings.phase = std::chrono::microseconds{400};
+    StrokeRequest hit;
+    do hit = support::random_hit(random_, cell_.workspace, 0.6);
+    while (!plan(hit));
+    std::vector<control::TickRecord> ticks;
+    support::StrokeRig{settings}.run(hit, *trajectory_, {}, &ticks);
+    const auto found = control::flight::find_drive_lag(ticks, controller_.loop.drive_lag);
+    ASSERT_TRUE(found) << found.error();
+    EXPECT_NEAR(to_seconds(found->lag), 1e-6 * lag_us, 0.05e-3);
+    EXPECT_LE(found->residual, found->residual_configured);
+    EXPECT_LE(found->residual, 50e-6);
+    ASSERT_EQ(found->joint_lag.size(), 6U);
+    EXPECT_NEAR(to_seconds(found->joint_lag[0]), 1e-6 * lag_us, 0.3e-3);
+  }
+}
+
+TEST_F(AchievedStrokes, AnArmAtRestTellsNoDelay) {
+  std::vector<control::TickRecord> ticks(1000);
+  const auto found = control::flight::find_drive_lag(ticks, controller_.loop.drive_lag);
+  ASSERT_FALSE(found);
+  EXPECT_NE(found.error().find("0 joint states"), std::string::npos) << found.error();
 }
 
 }  // namespace
