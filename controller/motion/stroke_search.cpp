@@ -52,7 +52,7 @@ constexpr double kMostAcceleration = 50.0;
 constexpr double kLeastAcceleration = 0.3;
 /// What a metre of low corridor counts for in time, s/m. Past the contact: discs that are met twice cost strokes. Before the run-in, beyond
 /// MotionSettings::descent: whoever asks keeps no more than that free of other discs.
-constexpr double kFollowThroughCost = 1.0;
+constexpr double kFollowThroughCost = 5.0;
 constexpr double kDescentCost = 10.0;
 /// Rolls of the striker that are tried when the last joint does not turn about the rod.
 constexpr int kRolls = 8;
@@ -394,6 +394,7 @@ void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, d
     const auto [least, most] = line_acceleration(branch, climb, share);
     if (least > most) continue;
     bool found = false;
+    bool better = false;
     for (const AlongShare& part : variety_->along_shares) {
       const double along = part.of_least * least + part.of_most * most;
       if (along < least || along > most) continue;
@@ -404,6 +405,7 @@ void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, d
       if (!after) continue;
       found = true;
       if (before->cost + after->cost >= best_cost_) continue;
+      better = true;
       best_cost_ = before->cost + after->cost;
       best_ = start;
       best_->q_dip = branch.q;
@@ -415,7 +417,7 @@ void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, d
       best_->duration += before->time + after->time;
       break;
     }
-    if (found) return;
+    if (found && !better) return;
   }
 }
 
