@@ -68,7 +68,9 @@ struct StrokeStatus {
   Time stamp{};
   Duration planned_contact{};  ///< from the first motion to p_WS, as planned
   Duration planned_total{};    ///< from the first motion to rest, as planned
-  double contact_speed = 0.0;  ///< measured tip speed along direction_W where the set-point passed p_WS, m/s; 0 before
+  /// Measured tip speed along direction_W with which the striker came to p_WS, before any disc slowed it, m/s; 0 before that, and when the joint
+  /// states of those milliseconds are missing.
+  double contact_speed = 0.0;
   std::string text;            ///< for people: what was found and what is allowed; at most 255 characters
 };
 

@@ -13,7 +13,7 @@ namespace breakshot::control::flight {
 namespace {
 
 constexpr std::string_view kMagic = "breakshot flight";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kHeader = kMagic.size() + sizeof(std::uint32_t) + sizeof(std::uint64_t) + sizeof(std::uint32_t);
 
 std::uint32_t checksum(std::string_view bytes) {

@@ -1,3 +1,4 @@
+#include "controller/flight/drive_lag.hpp"
 #include "controller/flight/flight_files.hpp"
 #include "controller/flight/replay.hpp"
 #include "controller/loop/event_text.hpp"
@@ -57,15 +58,30 @@ void write_csv(const std::string& file, const FlightRecord& record) {
   if (!out) throw std::runtime_error("cannot write " + file);
 }
 
+void print_lag(const FlightRecord& record) {
+  const auto found = find_drive_lag(record.ticks, record.config.drive_lag);
+  if (!found) {
+    fmt::print("drives' lag: not to be told, {}\n", found.error());
+    return;
+  }
+  const auto ms = [](Duration lag) { return 1e3 * to_seconds(lag); };
+  fmt::print("drives' lag: {:.2f} ms (controller.drive_lag_ms: {:.2f}); by joint:", ms(found->lag), ms(record.config.drive_lag));
+  for (const Duration lag : found->joint_lag) fmt::print(" {}", lag < Duration{} ? "-" : fmt::format("{:.2f}", ms(lag)));
+  fmt::print("\n  from {} states; unexplained: {:.1f} urad rms, with the configured lag {:.1f} urad\n", found->states, 1e6 * found->residual,
+             1e6 * found->residual_configured);
+}
+
 int run(int argc, char** argv) {
   CLI::App app{
       "Feeds a flight record of the controller through its control loop again and compares every command, bit for bit.\n"
       "Exit status: 0 all the same, 1 different, 2 the file cannot be read."};
   std::string file, csv;
   bool quiet = false;
+  bool lag = false;
   app.add_option("FILE", file, "flight-...-stop.flight, as the controller writes it (controller.flight.folder)")->required();
   app.add_option("--csv", csv, "Also write states and commands as a table, one row per tick");
   app.add_flag("--quiet", quiet, "Leave out the events");
+  app.add_flag("--lag", lag, "Also find the drives' lag from what was commanded and measured on trajectories");
   CLI11_PARSE(app, argc, argv);
 
   const auto record = load(file);
@@ -75,6 +91,7 @@ int run(int argc, char** argv) {
   }
   print(*record);
   if (!csv.empty()) write_csv(csv, *record);
+  if (lag) print_lag(*record);
   const auto result = replay(*record, [&](const LoopEvent& event) {
     if (!quiet) fmt::print("{:+9.3f} s  stroke {:<6} {}\n", since(*record, event.time), event.stroke_id, describe(event));
   });

@@ -43,7 +43,7 @@ struct LoopRequest {
 struct LoopEvent {
   enum class Kind : std::uint8_t {
     kPhase = 0,         ///< the stroke entered `phase`
-    kContact = 1,       ///< q, qd: measured where the set-point passed the contact point
+    kContact = 1,       ///< q, qd: at the contact point, before the impact (docs/controller.md)
     kDone = 2,          ///< the stroke ended and the arm is at rest
     kStopped = 3,       ///< the stroke was given up because of `causes`
     kNotStarted = 4,    ///< the trajectory was not taken: `refusal`, `causes`

@@ -66,7 +66,8 @@ struct LoopMemory {
   std::int64_t cursor_ = -1;             ///< index of the last set-point sent; -1: none yet
   StrokePhase phase_ = StrokePhase::kAccepted;
   bool contact_pending_ = false;
-  Time contact_at_{};  ///< when the arm is to pass the contact point
+  Time contact_at_{};    ///< when the arm is to pass the contact point
+  JointState approach_;  ///< the newest good one before it that no disc can have disturbed
   Time settle_until_{};
   safety::JointArray give_way_target_{};
   bool gave_way_ = false;  ///< in this stop; only once, because an arm that runs away from its set-point must not be chased

@@ -153,6 +153,7 @@ void StrokeExecutor::plan(Time now) {
   status_.planned_contact = times->contact;
   status_.planned_total = times->total;
   status_.stamp = now;
+  if (times->singularity_margin > 0.0) status_.text = "singularity margin " + std::to_string(times->singularity_margin) + " m/rad";
   stage_ = Stage::kHanded;
   send(status_);
   ++handed_;

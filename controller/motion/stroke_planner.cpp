@@ -14,13 +14,15 @@ namespace {
 
 /// Shares of acceleration and jerk that dips may use. The search samples coarsely; when its first answer does not stand the check of every
 /// tick, the next one leaves more room.
-constexpr std::array kDipShares{0.97, 0.85};
+constexpr std::array kDipShares{0.97, 0.85, 0.7};
 /// Rounding that the check forgives, relative to a limit.
 constexpr double kRounding = 1e-3;
 /// How far from unit length a direction may be.
 constexpr double kUnitTolerance = 1e-3;
 constexpr double kSlowestStroke = 0.01;  ///< m/s
 constexpr double kShortestPush = 0.005;  ///< m
+/// Ticks between the postures of which the singularity margin is taken: it changes by less than a percent in 10 ms.
+constexpr std::size_t kMarginEvery = 10;
 /// Steps of the search for the attainable speed: the answer is within 1/64 of the asked speed of the largest one.
 constexpr int kBisections = 6;
 
@@ -122,6 +124,7 @@ std::optional<StrokeTimes> StrokePlanner::try_plan(const StrokeRequest& request,
     StrokeTimes times = times_of(request, *way);
     times.contact = way->dip ? static_cast<std::int64_t>(out.contact_tick) * out.tick : Duration{0};
     times.total = static_cast<std::int64_t>(out.size - 1) * out.tick;
+    times.singularity_margin = singularity_margin_;
     return times;
   }
   return std::nullopt;
@@ -177,6 +180,7 @@ bool StrokePlanner::assemble(const StrokeRequest& request, const StrokeWay& way,
   out.tick = settings_.tick;
   low_from_ = 1;  // nothing is low ...
   low_to_ = 0;
+  singularity_margin_ = 0.0;
   too_long_ = false;
   const double tick = to_seconds(settings_.tick);
   const auto append_dip = [&](const Dip& dip, int first, auto&& phase_at) {
@@ -215,6 +219,9 @@ bool StrokePlanner::assemble(const StrokeRequest& request, const StrokeWay& way,
     if (!append_dip(dip, first, phase_at)) return false;
     state = states_.back();
     low_to_ = out.size;
+    singularity_margin_ = search_.tracker().singularity_margin(state.q);
+    for (std::size_t k = 0; k < states_.size(); k += kMarginEvery)
+      singularity_margin_ = std::min(singularity_margin_, search_.tracker().singularity_margin(states_[k].q));
   }
   const MotionState end = MotionState::at_rest(way.q_end);
   if (!append_transit(state, end, StrokePhase::kParking, out)) return false;

@@ -34,6 +34,8 @@ struct StrokeTimes {
   double low_before = 0.0;
   double low_after = 0.0;
   Duration low_time{};  ///< how long the striker is below the disc tops after p_WS (a push: after the end of its line)
+  /// Least TipTracker::singularity_margin from where the striker leaves the safe height to where it is there again, m/rad; a park, and estimate(): 0.
+  double singularity_margin = 0.0;
 };
 
 /// Turns stroke requests into checked trajectories.
@@ -83,6 +85,7 @@ class StrokePlanner {
   StrokeSearch search_;
   std::vector<MotionState> states_;        ///< scratch
   std::size_t low_from_ = 0, low_to_ = 0;  ///< ticks of the trajectory in which the tip may be low
+  double singularity_margin_ = 0.0;        ///< of the last assemble()
   bool too_long_ = false;                  ///< the last assemble() ran out of ticks
 };
 

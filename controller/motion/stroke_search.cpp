@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 namespace breakshot::motion {
 namespace {
@@ -19,22 +20,39 @@ constexpr int kMostSamples = 120;
 /// How much lower than allowed a transit may seem between its samples before it counts as too low, m. A tenth of the clearance.
 constexpr double kHeightTolerance = 0.001;
 
-/// Shares of the joints' acceleration and jerk that the vertical motion of a dip may take, most first: the less, the longer the striker is low, but
-/// the more is left for what the line itself asks of the joints.
-constexpr std::array kClimbShares{0.9, 0.65, 0.45, 0.3, 0.2, 0.12};
 /// Tip speeds at which a hit's tip leaves the safe height, relative to the speed at contact. At 1 all of the acceleration is the transit's;
 /// at 0 the tip comes straight down and all of it is the run-in's, which takes least room.
 constexpr std::array kEntrySpeeds{1.0, 0.6, 0.3, 0.0};
-/// How often the acceleration along the line is cut, and to what, when a dip asks too much of the joints.
-constexpr int kCuts = 3;
-constexpr double kCut = 0.6;
+/// Shares of the joints' acceleration and jerk that the vertical motion of a dip may take, most first: the less, the longer the striker is low, but
+/// the more is left for what the line itself asks of the joints.
+constexpr std::array kClimbShares{0.9, 0.65, 0.45, 0.3, 0.2, 0.12};
+constexpr std::array kMoreClimbShares{0.9, 0.65, 0.45, 0.3, 0.2, 0.12, 0.07, 0.04};
+/// Accelerations along the line at a hit's contact, as shares of the least and the most that the joints allow there: through it at constant speed
+/// when they can, or speeding up, or slowing down.
+struct AlongShare {
+  double of_least, of_most;
+};
+constexpr std::array<AlongShare, 4> kAlongShares{{{0.0, 0.0}, {0.0, 0.6}, {0.6, 0.0}, {0.5, 0.5}}};
+constexpr std::array<AlongShare, 10> kMoreAlongShares{{{0.0, 0.0},
+                                                       {0.0, 0.6},
+                                                       {0.6, 0.0},
+                                                       {0.5, 0.5},
+                                                       {0.0, 0.3},
+                                                       {0.0, 0.85},
+                                                       {0.3, 0.0},
+                                                       {0.85, 0.0},
+                                                       {0.7, 0.3},
+                                                       {0.3, 0.7}}};
+constexpr std::array kJerkShares{1.0};
+constexpr std::array kMoreJerkShares{1.0, 0.5};
+
 /// No tip accelerates more, m/s^2: stands for "no limit".
 constexpr double kMostAcceleration = 50.0;
 /// Least acceleration along the line that is worth a try, m/s^2.
 constexpr double kLeastAcceleration = 0.3;
 /// What a metre of low corridor counts for in time, s/m. Past the contact: discs that are met twice cost strokes. Before the run-in, beyond
 /// MotionSettings::descent: whoever asks keeps no more than that free of other discs.
-constexpr double kFollowThroughCost = 1.0;
+constexpr double kFollowThroughCost = 5.0;
 constexpr double kDescentCost = 10.0;
 /// Rolls of the striker that are tried when the last joint does not turn about the rod.
 constexpr int kRolls = 8;
@@ -68,6 +86,24 @@ double time_to_way(const SpeedRamp& run_up, double way) noexcept {
   for (int i = 0; i < 40; ++i) (run_up.position(0.5 * (low + high)) < way ? low : high) = 0.5 * (low + high);
   return high;
 }
+
+}  // namespace
+
+/// Shapes of the dip that a search tries.
+struct StrokeSearch::Variety {
+  std::span<const double> climb_shares;
+  std::span<const AlongShare> along_shares;
+  std::span<const double> jerk_shares;  ///< of a run-up's jerk, as long as none is found
+  /// How often the acceleration along the line is cut, and to what, when a dip asks too much of the joints.
+  int cuts;
+  double cut;
+};
+
+namespace {
+
+constexpr StrokeSearch::Variety kUsual{kClimbShares, kAlongShares, kJerkShares, 3, 0.6};
+/// For a stroke that is near to what the arm can do, when none of the usual shapes will do: some times the work.
+constexpr StrokeSearch::Variety kThorough{kMoreClimbShares, kMoreAlongShares, kMoreJerkShares, 6, 0.75};
 
 }  // namespace
 
@@ -153,6 +189,16 @@ std::optional<StrokeWay> StrokeSearch::find(const StrokeRequest& request, const 
     start.duration += transit_.duration();
     return start;
   }
+  for (const Variety* variety : {&kUsual, &kThorough}) {
+    variety_ = variety;
+    try_branches(request, q_start, share, first_found, start, from);
+    if (best_ || stage_ < SearchStage::kLimits) break;
+  }
+  return best_;
+}
+
+void StrokeSearch::try_branches(const StrokeRequest& request, const JointVector& q_start, double share, bool first_found,
+                                const StrokeWay& start, const MotionState& from) {
   const Vector3 direction_W{request.direction_W.x(), request.direction_W.y(), 0.0};
   for (const JointVector& q : branches(request.p_WS, q_start)) {
     if (clearance_->heights(q).links < settings_->link_clearance) continue;
@@ -169,7 +215,6 @@ std::optional<StrokeWay> StrokeSearch::find(const StrokeRequest& request, const 
     }
     if (best_ && first_found) break;
   }
-  return best_;
 }
 
 bool StrokeSearch::find_lift(const JointVector& q_start, double share, StrokeWay& way, MotionState& from) {
@@ -231,7 +276,16 @@ std::pair<double, double> StrokeSearch::line_acceleration(const Branch& branch, 
 
 std::optional<StrokeSearch::Side> StrokeSearch::approach(const StrokeRequest& request, const Branch& branch, const TipAcceleration& a,
                                                          double share, const MotionState& from) {
-  const double jerk_ratio = limits_.jerk / limits_.acceleration;
+  std::optional<Side> best;
+  for (const double jerk_share : variety_->jerk_shares) {
+    if (!best) best = approach(request, branch, a, share, jerk_share, from);
+  }
+  return best;
+}
+
+std::optional<StrokeSearch::Side> StrokeSearch::approach(const StrokeRequest& request, const Branch& branch, const TipAcceleration& a,
+                                                         double share, double jerk_share, const MotionState& from) {
+  const double jerk_ratio = jerk_share * limits_.jerk / limits_.acceleration;
   const double height = settings_->safe_height() - settings_->tip_height;
   const double over_low = settings_->disc_height - settings_->tip_height;
   const double most = line_acceleration(branch, a.climb, share).second;
@@ -245,7 +299,7 @@ std::optional<StrokeSearch::Side> StrokeSearch::approach(const StrokeRequest& re
     const bool constant = entry == 1.0;
     if (constant && a.along > 0.0) continue;
     double acceleration = std::max(std::abs(a.along), most);
-    for (int cut = 0; cut <= kCuts; ++cut, acceleration = std::max(std::abs(a.along), kCut * acceleration)) {
+    for (int cut = 0; cut <= variety_->cuts; ++cut, acceleration = std::max(std::abs(a.along), variety_->cut * acceleration)) {
       if (constant && a.along == 0.0) {
         dip.run_up = SpeedRamp{request.speed};
       } else {
@@ -303,7 +357,7 @@ std::optional<StrokeSearch::Side> StrokeSearch::leave(const StrokeRequest& reque
   dip.end = dip.rise.time_to(settings_->safe_height() - settings_->tip_height);
   for (const bool brakes : {true, false}) {
     double acceleration = std::max(std::abs(a.along), -least);
-    for (int cut = 0; cut <= kCuts; ++cut, acceleration = std::max(std::abs(a.along), kCut * acceleration)) {
+    for (int cut = 0; cut <= variety_->cuts; ++cut, acceleration = std::max(std::abs(a.along), variety_->cut * acceleration)) {
       if (brakes || a.along > 0.0) {
         if (acceleration < kLeastAcceleration) break;
         // Not braking means no more than letting go of the acceleration.
@@ -335,13 +389,14 @@ std::optional<StrokeSearch::Side> StrokeSearch::leave(const StrokeRequest& reque
 
 void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, double share, const StrokeWay& start,
                            const MotionState& from) {
-  for (const double climb_share : kClimbShares) {
+  for (const double climb_share : variety_->climb_shares) {
     const double climb = tip_limit(branch.per_climb, climb_share * share * limits_.acceleration);
     const auto [least, most] = line_acceleration(branch, climb, share);
     if (least > most) continue;
     bool found = false;
-    // Through the contact at constant speed when the joints can, or speeding up, or slowing down.
-    for (const double along : {0.0, 0.6 * most, 0.6 * least, 0.5 * (least + most)}) {
+    bool better = false;
+    for (const AlongShare& part : variety_->along_shares) {
+      const double along = part.of_least * least + part.of_most * most;
       if (along < least || along > most) continue;
       const TipAcceleration a{climb, along};
       const auto before = approach(request, branch, a, share, from);
@@ -350,6 +405,7 @@ void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, d
       if (!after) continue;
       found = true;
       if (before->cost + after->cost >= best_cost_) continue;
+      better = true;
       best_cost_ = before->cost + after->cost;
       best_ = start;
       best_->q_dip = branch.q;
@@ -361,7 +417,7 @@ void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, d
       best_->duration += before->time + after->time;
       break;
     }
-    if (found) return;
+    if (found && !better) return;
   }
 }
 
@@ -370,7 +426,7 @@ void StrokeSearch::try_push(const StrokeRequest& request, const Branch& branch, 
   const double jerk_ratio = limits_.jerk / limits_.acceleration;
   const double height = settings_->safe_height() - settings_->tip_height;
   reached(SearchStage::kLimits);
-  for (const double climb_share : kClimbShares) {
+  for (const double climb_share : variety_->climb_shares) {
     const double part = climb_share * share;
     const double climb = tip_limit(branch.per_climb, part * limits_.acceleration);
     const double acceleration = tip_limit(branch.per_way, part * limits_.acceleration);

@@ -28,7 +28,7 @@ enum class SearchStage { kReach, kArea, kSpeed, kLimits, kTransit };
 /// Finds the quickest way to do a stroke.
 ///
 /// Tries the arm's branches at p_WS and, for each, a few shapes of the dip, from the most to the least demanding, and joins the first that
-/// keeps the limits with transits. Decides on samples a few milliseconds apart; the finished trajectory is checked at every tick elsewhere.
+/// keeps the limits with transits; when there is none, many more shapes. Decides on samples a few milliseconds apart; the finished trajectory is checked at every tick elsewhere.
 class StrokeSearch {
  public:
   /// Keeps pointers to all of them.
@@ -52,6 +52,9 @@ class StrokeSearch {
   const TipTracker& tracker() const noexcept { return tracker_; }
   const JointLimits& limits() const noexcept { return limits_; }
 
+ public:
+  struct Variety;  // what shapes are tried; of the implementation alone
+
  private:
   /// What a branch can do at p_WS.
   struct Branch {
@@ -71,6 +74,8 @@ class StrokeSearch {
     double cost = 0.0;  ///< time, and what a long low corridor counts for, s
   };
 
+  void try_branches(const StrokeRequest& request, const JointVector& q_start, double share, bool first_found, const StrokeWay& start,
+                    const MotionState& from);
   kinematics::IkSolutions branches(const Vector2& p_WS, const JointVector& near) const noexcept;
   bool find_lift(const JointVector& q_start, double share, StrokeWay& way, MotionState& from);
   void try_hit(const StrokeRequest& request, const Branch& branch, double share, const StrokeWay& start, const MotionState& from);
@@ -78,6 +83,8 @@ class StrokeSearch {
   /// The best half before (after) a hit's contact.
   std::optional<Side> approach(const StrokeRequest& request, const Branch& branch, const TipAcceleration& a, double share,
                                const MotionState& from);
+  std::optional<Side> approach(const StrokeRequest& request, const Branch& branch, const TipAcceleration& a, double share,
+                               double jerk_share, const MotionState& from);
   std::optional<Side> leave(const StrokeRequest& request, const Branch& branch, const TipAcceleration& a, double share, bool level);
   /// Least and most acceleration along the line at p_WS that the joints allow next to `climb` upward, m/s^2; least > most: none.
   std::pair<double, double> line_acceleration(const Branch& branch, double climb, double share) const noexcept;
@@ -91,6 +98,8 @@ class StrokeSearch {
 
   std::optional<StrokeWay> best_;
   double best_cost_ = 0.0;
+
+  const Variety* variety_ = nullptr;  ///< of the pass of find() that is under way
 
   const kinematics::ArmKinematics* arm_;
   const kinematics::InverseKinematics* ik_;

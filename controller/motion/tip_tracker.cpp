@@ -1,6 +1,9 @@
 #include "controller/motion/tip_tracker.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include <cmath>
 
 namespace breakshot::motion {
 namespace {
@@ -59,6 +62,20 @@ JointVector TipTracker::joint_speed(const JointVector& q, const Vector3& v_WT_W)
   Vector5 task = Vector5::Zero();
   task.head<3>() = v_WT_W;
   return J.transpose() * A.llt().solve(task);
+}
+
+double TipTracker::singularity_margin(const JointVector& q) const noexcept {
+  kinematics::Jacobian J_W;
+  const Pose X_WT = arm_->tip_in_world(q, J_W);
+  const TaskJacobian J = task_jacobian(J_W, X_WT.linear());
+  const Matrix5 A = J * J.transpose();
+  // Squares of the joint speeds that unit tip speed takes: the upper left of (J J^T)^-1.
+  const Matrix5 inverse = A.llt().solve(Matrix5::Identity());
+  const Matrix3 taken = inverse.topLeftCorner<3, 3>();
+  Eigen::SelfAdjointEigenSolver<Matrix3> solver;
+  solver.computeDirect(taken, Eigen::EigenvaluesOnly);
+  const double most = solver.eigenvalues()[2];
+  return most > 0.0 && std::isfinite(most) ? 1.0 / std::sqrt(most) : 0.0;
 }
 
 }  // namespace breakshot::motion

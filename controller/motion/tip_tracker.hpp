@@ -21,6 +21,10 @@ class TipTracker {
   /// Joint speeds that move the tip at v_WT_W without turning the rod's axis.
   JointVector joint_speed(const JointVector& q, const Vector3& v_WT_W) const noexcept;
 
+  /// How far a posture is from a singular one: the tip's speed, in the direction in which it is slowest, when joint speeds of norm 1 rad/s move it
+  /// without turning the rod's axis, m/rad; 0 in a singular posture. About 2 us.
+  double singularity_margin(const JointVector& q) const noexcept;
+
  private:
   const kinematics::ArmKinematics* arm_;
 };

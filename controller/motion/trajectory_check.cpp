@@ -23,6 +23,11 @@ TrajectoryUse measure(const Trajectory& trajectory, std::size_t low_from, std::s
       if (k == 0) continue;
       const TrajectoryPoint& last = trajectory.points[k - 1];
       use.jerk = std::max(use.jerk, std::abs(now.qdd[j] - last.qdd[j]) / (h * limits.jerk));
+      // The same from the speeds: the drives follow these, and an acceleration that was itself taken from speeds hides what changes within a tick.
+      const double change = now.qd[j] - last.qd[j];
+      use.acceleration = std::max(use.acceleration, std::abs(change) / (h * limits.acceleration));
+      const double change_before = k >= 2 ? last.qd[j] - trajectory.points[k - 2].qd[j] : 0.0;
+      use.jerk = std::max(use.jerk, std::abs(change - change_before) / (h * h * limits.jerk));
       // Simpson-like rule with the accelerations at both ends: exact for constant jerk.
       const double mean_speed = 0.5 * (now.qd[j] + last.qd[j]) - h / 12.0 * (now.qdd[j] - last.qdd[j]);
       use.inconsistency = std::max(use.inconsistency, std::abs((now.q[j] - last.q[j]) / h - mean_speed));

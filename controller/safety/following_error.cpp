@@ -11,11 +11,16 @@ void FollowingMonitor::sent(Time due, const Setpoint& setpoint) noexcept {
   count_ = std::min(count_ + 1, kHistory);
 }
 
-FollowingError FollowingMonitor::check(const JointState& state, Duration lag) const noexcept {
-  const Time at = state.stamp - lag;
-  // The newest command that was due at the instant; the loop ends at once in normal running, where it lies a few commands back.
+std::size_t FollowingMonitor::last_due_by(Time at) const noexcept {
+  // The loop ends at once in normal running, where the command lies a few back.
   std::size_t back = 0;
   while (back < count_ && newest(back).due > at) ++back;
+  return back;
+}
+
+FollowingError FollowingMonitor::check(const JointState& state, Duration lag) const noexcept {
+  const Time at = state.stamp - lag;
+  const std::size_t back = last_due_by(at);
   if (back == count_) return {};
 
   const Entry& before = newest(back);
@@ -39,6 +44,25 @@ FollowingError FollowingMonitor::check(const JointState& state, Duration lag) co
     }
   }
   return worst;
+}
+
+std::optional<Setpoint> FollowingMonitor::commanded(Time at) const noexcept {
+  const std::size_t back = last_due_by(at);
+  if (back == count_) return std::nullopt;
+  const Entry& before = newest(back);
+  const double since = to_seconds(at - before.due);
+  Setpoint setpoint{before.q, before.qd, {}};
+  const Entry* after = back > 0 ? &newest(back - 1) : nullptr;
+  const double share = after != nullptr ? since / to_seconds(after->due - before.due) : 0.0;
+  for (std::size_t j = 0; j < setpoint.q.size(); ++j) {
+    if (after != nullptr) {
+      setpoint.q[j] += share * (after->q[j] - before.q[j]);
+      setpoint.qd[j] += share * (after->qd[j] - before.qd[j]);
+    } else {
+      setpoint.q[j] += before.qd[j] * since;
+    }
+  }
+  return setpoint;
 }
 
 }  // namespace breakshot::safety

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <cstdint>
 
 namespace breakshot::safety {
@@ -36,6 +37,10 @@ class FollowingMonitor {
   /// @param lag  the arm is where the command of so long before was
   FollowingError check(const JointState& state, Duration lag) const noexcept;
 
+  /// Position and speed that the commands ask for at an instant: between two of them by linear interpolation, after the newest straight on. None
+  /// for an instant before the oldest one that is remembered.
+  std::optional<Setpoint> commanded(Time at) const noexcept;
+
   /// What it remembers, for the flight recorder.
   template <typename Self, typename Code>
   static void fields(Self& self, Code& code) {
@@ -52,6 +57,8 @@ class FollowingMonitor {
     JointArray q{};
     JointArray qd{};
   };
+  /// How far back the newest command lies that was due at an instant; count_ when it is forgotten or there was none.
+  std::size_t last_due_by(Time at) const noexcept;
   const Entry& newest(std::size_t back) const noexcept { return entries_[(next_ + kHistory - 1 - back) % kHistory]; }
 
   int joints_;

@@ -100,7 +100,9 @@ class SimWorld::Implementation {
     if (near || !table_.at_rest()) {
       const double table_dt = dt / settings_.table_steps;
       for (int k = 0; k < settings_.table_steps; ++k) {
+        const Vector2 v_before = rod.v_W;
         table_.step(rod, table_dt);
+        if (!first_strike_ && table_.strikes() > 0) first_strike_ = Strike{t + from_seconds(k * table_dt), rod.p_W, v_before};
         rod.p_W += rod.v_W * table_dt;
       }
       force_W.head<2>() = rod.impulse_W / dt;
@@ -159,6 +161,7 @@ class SimWorld::Implementation {
     }
     if (!wrong.empty()) throw std::invalid_argument{wrong};
     pressed_.reset();
+    first_strike_.reset();
     table_.place(discs);
   }
 
@@ -200,6 +203,7 @@ class SimWorld::Implementation {
   std::optional<std::size_t> pressed_;
   std::optional<Block> block_;
   double block_force_ = 0.0;
+  std::optional<Strike> first_strike_;
 };
 
 SimWorld::SimWorld(const ArmDescription& arm, const SimSettings& settings)
@@ -252,6 +256,7 @@ SimTruth SimWorld::truth() const {
   return truth;
 }
 
+const std::optional<Strike>& SimWorld::first_strike() const noexcept { return implementation_->first_strike_; }
 bool SimWorld::discs_at_rest() const noexcept { return implementation_->table_.at_rest(); }
 double SimWorld::kinetic_energy() const noexcept { return implementation_->table_.kinetic_energy(); }
 Vector3 SimWorld::p_WT() const noexcept { return implementation_->arm_.X_WT().translation(); }

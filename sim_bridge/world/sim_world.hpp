@@ -35,6 +35,13 @@ struct SimSettings {
   Time start{};                 ///< of the cell clock
 };
 
+/// The striker as a disc felt it: the instant before the first impulse.
+struct Strike {
+  Time at{};  ///< on the grid of the table's sub-steps, so late by one of them at most
+  Vector2 p_WS{0.0, 0.0};
+  Vector2 v_WS_W{0.0, 0.0};
+};
+
 /// The whole physical cell: arm, drives, striker, table and discs, advanced tick by tick.
 ///
 /// Arm and discs are two ODE worlds that exchange momentum at the striker in every sub-step: an impact sees the arm's effective mass at the
@@ -78,6 +85,9 @@ class SimWorld {
   void snapshot(WorldSnapshot& into) const;
   /// All but seq and control_seq, which belong to the topic.
   SimTruth truth() const;
+
+  /// The first time that the striker met a disc since place(). For scoring.
+  const std::optional<Strike>& first_strike() const noexcept;
 
   /// True when no disc moves.
   bool discs_at_rest() const noexcept;
