@@ -389,6 +389,8 @@ std::optional<StrokeSearch::Side> StrokeSearch::leave(const StrokeRequest& reque
 
 void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, double share, const StrokeWay& start,
                            const MotionState& from) {
+  // A hit that passes the contact at constant speed meets a disc that stands a little elsewhere as fast: where one is possible, no other will do.
+  bool steady = false;
   for (const double climb_share : variety_->climb_shares) {
     const double climb = tip_limit(branch.per_climb, climb_share * share * limits_.acceleration);
     const auto [least, most] = line_acceleration(branch, climb, share);
@@ -397,14 +399,15 @@ void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, d
     bool better = false;
     for (const AlongShare& part : variety_->along_shares) {
       const double along = part.of_least * least + part.of_most * most;
-      if (along < least || along > most) continue;
+      if (along < least || along > most || (steady && along != 0.0)) continue;
       const TipAcceleration a{climb, along};
       const auto before = approach(request, branch, a, share, from);
       if (!before) continue;
       const auto after = leave(request, branch, a, share, !before->dip.fall.starts_accelerated());
       if (!after) continue;
       found = true;
-      if (before->cost + after->cost >= best_cost_) continue;
+      steady = steady || along == 0.0;
+      if (before->cost + after->cost >= best_cost_) break;
       better = true;
       best_cost_ = before->cost + after->cost;
       best_ = start;
@@ -417,7 +420,7 @@ void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, d
       best_->duration += before->time + after->time;
       break;
     }
-    if (found && !better) return;
+    if (found && !better) return;  // less climb and more braking pays as long as it does
   }
 }
 
