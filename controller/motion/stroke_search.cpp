@@ -33,16 +33,8 @@ struct AlongShare {
   double of_least, of_most;
 };
 constexpr std::array<AlongShare, 4> kAlongShares{{{0.0, 0.0}, {0.0, 0.6}, {0.6, 0.0}, {0.5, 0.5}}};
-constexpr std::array<AlongShare, 10> kMoreAlongShares{{{0.0, 0.0},
-                                                       {0.0, 0.6},
-                                                       {0.6, 0.0},
-                                                       {0.5, 0.5},
-                                                       {0.0, 0.3},
-                                                       {0.0, 0.85},
-                                                       {0.3, 0.0},
-                                                       {0.85, 0.0},
-                                                       {0.7, 0.3},
-                                                       {0.3, 0.7}}};
+constexpr std::array<AlongShare, 10> kMoreAlongShares{
+    {{0.0, 0.0}, {0.0, 0.6}, {0.6, 0.0}, {0.5, 0.5}, {0.0, 0.3}, {0.0, 0.85}, {0.3, 0.0}, {0.85, 0.0}, {0.7, 0.3}, {0.3, 0.7}}};
 constexpr std::array kJerkShares{1.0};
 constexpr std::array kMoreJerkShares{1.0, 0.5};
 
@@ -248,10 +240,10 @@ double StrokeSearch::least_duration(const JointVector& a, const JointVector& b) 
 }
 
 JointVector StrokeSearch::bend(const JointVector& q, const Vector3& v_WT_W) const noexcept {
-  constexpr double h = 1e-3;  // s; the change over 2 ms is far above rounding and far below what bends again
-  const JointVector ahead = tracker_.joint_speed(q + h * tracker_.joint_speed(q, v_WT_W), v_WT_W);
-  const JointVector behind = tracker_.joint_speed(q - h * tracker_.joint_speed(q, v_WT_W), v_WT_W);
-  return (ahead - behind) / (2.0 * h);
+  constexpr double kStep = 1e-3;  // s; the change over 2 ms is far above rounding and far below what bends again
+  const JointVector ahead = tracker_.joint_speed(q + kStep * tracker_.joint_speed(q, v_WT_W), v_WT_W);
+  const JointVector behind = tracker_.joint_speed(q - kStep * tracker_.joint_speed(q, v_WT_W), v_WT_W);
+  return (ahead - behind) / (2.0 * kStep);
 }
 
 std::pair<double, double> StrokeSearch::line_acceleration(const Branch& branch, double climb, double share) const noexcept {
