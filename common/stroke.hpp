@@ -71,7 +71,7 @@ struct StrokeStatus {
   /// Measured tip speed along direction_W with which the striker came to p_WS, before any disc slowed it, m/s; 0 before that, and when the joint
   /// states of those milliseconds are missing.
   double contact_speed = 0.0;
-  std::string text;            ///< for people: what was found and what is allowed; at most 255 characters
+  std::string text;  ///< for people: what was found and what is allowed; at most 255 characters
 };
 
 /// "hit", "push", ...; "invalid" for a value outside the enum (such values can come from the wire).

@@ -54,11 +54,11 @@ class StrokePlanner {
   StrokePlanner& operator=(const StrokePlanner&) = delete;
 
   /// Plans the whole stroke from rest at q_start. `out` is of use only when it succeeds.
-  Result<StrokeTimes, Refusal> plan(const StrokeRequest& request, const JointVector& q_start, Trajectory& out);
+  Result<StrokeTimes, Refusal> plan(const StrokeRequest& asked, const JointVector& q_start, Trajectory& out);
 
   /// plan() without the trajectory and its check at every tick: times are within a few ticks, and a stroke at the very edge of the limits
   /// may still be refused by plan(). Refusals say no attainable speed.
-  Result<StrokeTimes, Refusal> estimate(const StrokeRequest& request, const JointVector& q_start);
+  Result<StrokeTimes, Refusal> estimate(const StrokeRequest& asked, const JointVector& q_start);
 
   /// Largest tip speed along a direction at a place by joint speeds and accelerations at that place alone, over all branches, m/s; 0 where
   /// the arm does not reach. An upper bound of what plan() accepts.

@@ -74,7 +74,9 @@ StrokeRig::StrokeRig(StrokeRigSettings settings) : settings_{std::move(settings)
 
 AchievedStroke StrokeRig::run(const StrokeRequest& request, const Trajectory& trajectory, std::span<const SimDisc> discs,
                               std::vector<control::TickRecord>* ticks) const {
-  const auto joints = [&](const std::array<double, kMaxJoints>& values) { return JointVector{JointVector::Map(values.data(), trajectory.joints)}; };
+  const auto joints = [&](const std::array<double, kMaxJoints>& values) {
+    return JointVector{JointVector::Map(values.data(), trajectory.joints)};
+  };
   const auto along_tip = [&](const JointVector& q, const JointVector& qd) {
     kinematics::Jacobian J_W;
     kinematics_.tip_in_world(q, J_W);

@@ -20,10 +20,11 @@ namespace breakshot::support {
 struct AchievedStroke {
   std::string stopped;  ///< why the loop gave the stroke up; empty: it ran to its end
   // A hit, at the instant at which the controller reckons the contact: always a tick. No disc needed.
-  double position_error = 0.0;   ///< of the rod's axis from StrokeRequest::p_WS, m
-  double direction_error = 0.0;  ///< of its velocity from StrokeRequest::direction_W, table plane, rad; a push: largest on its line's cruise
-  double speed_error = 0.0;      ///< relative; a push: largest on its line's cruise
-  double height_error = 0.0;     ///< of the tip from MotionSettings::tip_height, m; a push: largest on its line
+  double position_error = 0.0;  ///< of the rod's axis from StrokeRequest::p_WS, m
+  double direction_error =
+      0.0;                    ///< of its velocity from StrokeRequest::direction_W, table plane, rad; a push: largest on its line's cruise
+  double speed_error = 0.0;   ///< relative; a push: largest on its line's cruise
+  double height_error = 0.0;  ///< of the tip from MotionSettings::tip_height, m; a push: largest on its line
 
   double line_deviation = 0.0;  ///< a push: largest distance of the axis from its line while on it, m
 

@@ -197,7 +197,7 @@ TEST_F(Flight, AFileThatIsCutOffOrDamagedAnywhereIsRefusedWithTheReason) {
   }
   std::string newer = whole;
   newer[16] = 9;
-  EXPECT_THAT(error_of(newer), HasSubstr("version 9; this program reads version 1"));
+  EXPECT_THAT(error_of(newer), HasSubstr("version 9; this program reads version 2"));
 }
 
 // A file with a right checksum may still be nonsense (or malice): reading and replaying it must end, in an error or in a difference, and touch nothing
