@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -38,9 +39,13 @@ void check(const FlightRecord& record, const ByteReader& code) {
   const auto joints = record.config.limits.joints;
   if (joints < 1) code.refuse("an arm without joints");
   if (record.config.period <= Duration::zero()) code.refuse("a period that is not above zero");
-  for (const JointVector* q : {&memory.state_.q, &memory.state_.qd, &memory.previous_state_.q, &memory.previous_state_.qd}) {
-    if (q->size() != 0 && q->size() != joints) code.refuse("a remembered state with another number of joints than the arm");
-  }
+  const auto check_state = [&](const JointState& state) {
+    for (const JointVector* q : {&state.q, &state.qd}) {
+      if (q->size() != 0 && q->size() != joints) code.refuse("a remembered state with another number of joints than the arm");
+    }
+  };
+  check_state(memory.state_);
+  std::for_each(memory.past_states_.begin(), memory.past_states_.end(), check_state);
   if (memory.trajectory_number_ != 0) {
     const auto found = record.trajectories.find(memory.trajectory_number_);
     if (found == record.trajectories.end())

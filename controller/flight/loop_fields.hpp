@@ -46,11 +46,11 @@ template <typename Code, Is<LoopMemory> T>
 void fields(Code& code, T& memory) {
   code(memory.gate_, memory.freshness_, memory.following_, memory.fail_safe_, memory.wrong_joints_in_a_row_, memory.foreign_until_);
   code(memory.ticked_, memory.now_, memory.ticks_, memory.skipped_, memory.seq_, memory.anchor_seq_);
-  code(memory.state_, memory.previous_state_);
+  code(memory.state_, memory.past_states_);
   code.below(memory.motion_, LoopMemory::kMotions);
   code(memory.setpoint_, memory.path_stop_, memory.path_pace_, memory.unchecked_, memory.trajectory_number_, memory.cursor_);
   code.below(memory.phase_, kPhases);
-  code(memory.contact_pending_, memory.contact_at_, memory.approach_, memory.settle_until_, memory.give_way_target_, memory.gave_way_,
+  code(memory.contact_pending_, memory.contact_at_, memory.settle_until_, memory.give_way_target_, memory.gave_way_,
        memory.command_);
 }
 

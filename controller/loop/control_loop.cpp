@@ -93,8 +93,12 @@ void ControlLoop::observe(const JointState* state, std::int64_t periods) noexcep
     unknown_drives_ = verdict.flaw == StateFlaw::kNewSession;
     wrong_joints_in_a_row_ = verdict.flaw == StateFlaw::kWrongJoints ? std::min(wrong_joints_in_a_row_ + 1, kWrongJointsTolerated) : 0;
     if (fresh_) {
-      const bool first = state_.q.size() == 0;
-      previous_state_ = first || verdict.new_session ? *state : state_;
+      if (state_.q.size() == 0 || verdict.new_session) {
+        past_states_.fill(*state);
+      } else {
+        std::move_backward(past_states_.begin(), past_states_.end() - 1, past_states_.end());
+        past_states_.front() = state_;
+      }
       state_ = *state;
     }
     present_.add(Cause::kDrivesRestarted, verdict.new_session);

@@ -53,11 +53,11 @@ void ControlLoop::anchor() noexcept {
   // Where the arm will be when the command is due. Of the measured speed and the one that the positions show, the slower is believed, and a
   // creeping joint counts as standing: neither noise nor one wrong number is to start a motion.
   const double ahead = to_seconds(due() - state_.stamp);
-  const double since = to_seconds(state_.stamp - previous_state_.stamp);
+  const double since = to_seconds(state_.stamp - past_states_.front().stamp);
   setpoint_ = {};
   for (std::size_t j = 0; j < static_cast<std::size_t>(config_.limits.joints); ++j) {
     const auto i = static_cast<Eigen::Index>(j);
-    const double shown = since > 0.0 ? (state_.q[i] - previous_state_.q[i]) / since : 0.0;
+    const double shown = since > 0.0 ? (state_.q[i] - past_states_.front().q[i]) / since : 0.0;
     const double speed = std::abs(shown) < std::abs(state_.qd[i]) ? shown : state_.qd[i];
     const bool creeping = std::abs(speed) < config_.rest_speed || shown * state_.qd[i] < 0.0;
     setpoint_.qd[j] = creeping ? 0.0 : std::clamp(speed, -config_.limits.max_speed[j], config_.limits.max_speed[j]);
@@ -172,21 +172,20 @@ void ControlLoop::limit(Setpoint& next, std::int64_t periods) noexcept {
 }
 
 void ControlLoop::watch_contact() noexcept {
-  if (!contact_pending_ || !fresh_) return;
-  for (const JointState* state : {&previous_state_, &state_}) {
-    if (state->stamp > approach_.stamp && state->stamp + kUndisturbed <= contact_at_) approach_ = *state;
-  }
-  if (state_.stamp < contact_at_) return;
+  if (!contact_pending_ || !fresh_ || state_.stamp < contact_at_) return;
   contact_pending_ = false;
-  if (approach_.session != state_.session || contact_at_ - approach_.stamp > kOldestApproach) return;
-  const auto then = following_.commanded(approach_.stamp - config_.drive_lag);
+  // The newest good state before it that no disc can have disturbed.
+  const auto approach = std::find_if(past_states_.begin(), past_states_.end(),
+                                     [&](const JointState& state) { return state.stamp + kUndisturbed <= contact_at_; });
+  if (approach == past_states_.end() || contact_at_ - approach->stamp > kOldestApproach) return;
+  const auto then = following_.commanded(approach->stamp - config_.drive_lag);
   const auto at_contact = following_.commanded(contact_at_ - config_.drive_lag);
   if (!then || !at_contact) return;
   LoopEvent event{.kind = LoopEvent::Kind::kContact};
   for (std::size_t j = 0; j < static_cast<std::size_t>(config_.limits.joints); ++j) {
     const auto i = static_cast<Eigen::Index>(j);
-    event.q[j] = approach_.q[i] + at_contact->q[j] - then->q[j];
-    event.qd[j] = approach_.qd[i] + at_contact->qd[j] - then->qd[j];
+    event.q[j] = approach->q[i] + at_contact->q[j] - then->q[j];
+    event.qd[j] = approach->qd[i] + at_contact->qd[j] - then->qd[j];
   }
   post(event);
 }

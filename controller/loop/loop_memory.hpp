@@ -12,6 +12,8 @@
 #include "controller/safety/joint_setpoint.hpp"
 #include "controller/safety/state_gate.hpp"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace breakshot::control {
@@ -52,8 +54,9 @@ struct LoopMemory {
   std::uint64_t seq_ = 0;         ///< of the last command
   std::uint64_t anchor_seq_ = 0;  ///< of the first command since the set-point was last anchored
 
-  JointState state_;           ///< the newest good one
-  JointState previous_state_;  ///< the good one before; same session
+  static constexpr std::size_t kPastStates = 6;
+  JointState state_;                                 ///< the newest good one
+  std::array<JointState, kPastStates> past_states_;  ///< the good ones before, newest first; same session
 
   Motion motion_ = Motion::kReleased;
   safety::Setpoint setpoint_;
@@ -66,8 +69,7 @@ struct LoopMemory {
   std::int64_t cursor_ = -1;             ///< index of the last set-point sent; -1: none yet
   StrokePhase phase_ = StrokePhase::kAccepted;
   bool contact_pending_ = false;
-  Time contact_at_{};    ///< when the arm is to pass the contact point
-  JointState approach_;  ///< the newest good one before it that no disc can have disturbed
+  Time contact_at_{};  ///< when the arm is to pass the contact point
   Time settle_until_{};
   safety::JointArray give_way_target_{};
   bool gave_way_ = false;  ///< in this stop; only once, because an arm that runs away from its set-point must not be chased

@@ -20,7 +20,7 @@ PlannerConfig load(const std::vector<std::string>& overrides = {}) {
 TEST(PlannerConfig, TheShippedOneSaysWhatTheCodeDefaultsTo) {
   const PlannerConfig config = load();
   const strategy::StrategySettings defaults;
-  EXPECT_EQ(config.strategy, "paper");
+  EXPECT_EQ(config.strategy, "robust");
   EXPECT_EQ(config.settings.rules.push_speed, defaults.rules.push_speed);
   EXPECT_EQ(config.settings.rules.border_margin_hit, defaults.rules.border_margin_hit);
   EXPECT_EQ(config.settings.rules.hit_speed_max, defaults.rules.hit_speed_max);
