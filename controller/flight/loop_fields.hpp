@@ -50,8 +50,7 @@ void fields(Code& code, T& memory) {
   code.below(memory.motion_, LoopMemory::kMotions);
   code(memory.setpoint_, memory.path_stop_, memory.path_pace_, memory.unchecked_, memory.trajectory_number_, memory.cursor_);
   code.below(memory.phase_, kPhases);
-  code(memory.contact_pending_, memory.contact_at_, memory.settle_until_, memory.give_way_target_, memory.gave_way_,
-       memory.command_);
+  code(memory.contact_pending_, memory.contact_at_, memory.settle_until_, memory.give_way_target_, memory.gave_way_, memory.command_);
 }
 
 template <typename Code, Is<RequestRecord> T>
