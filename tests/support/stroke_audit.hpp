@@ -27,12 +27,19 @@ struct StrokeAudit {
   double speed = 0.0, acceleration = 0.0, jerk = 0.0;
   double join = 0.0;  ///< largest disagreement of a joint's speed with the change of its position, rad/s
   bool phases_in_order = true;
-  bool at_rest_at_ends = true;
+  bool at_rest_at_ends = true;  ///< or, at its beginning, as the stroke that it goes on from is there
 };
 
-/// @param times  what plan() said of this trajectory
+/// Where a stroke begins that goes on from another one.
+struct Before {
+  const motion::Trajectory& trajectory;
+  std::size_t tick = 0;  ///< above 0
+};
+
+/// @param times   what plan() said of this trajectory
+/// @param before  null: it begins at rest
 StrokeAudit audit(const motion::StrokePlanner& planner, const StrokeRequest& request, const motion::StrokeTimes& times,
-                  const motion::Trajectory& trajectory);
+                  const motion::Trajectory& trajectory, const Before* before = nullptr);
 
 /// A hit with its contact point anywhere in `area`, in any direction.
 StrokeRequest random_hit(SplitMix64& random, const Rect& area, double speed);
