@@ -31,7 +31,7 @@ struct StrokeRequest {
 
 /// Where a stroke is in its life. kRefused, kDone and kStopped are final.
 enum class StrokePhase : std::uint8_t {
-  kAccepted = 0,       ///< planned and checked; about to move
+  kAccepted = 0,       ///< about to move: planned and checked; or taken, and waits for the stroke before it (see text)
   kTransit = 1,        ///< moving over the discs to the start, including the descent
   kRunIn = 2,          ///< straight line; for a push, the push itself
   kFollowThrough = 3,  ///< braking after the contact point

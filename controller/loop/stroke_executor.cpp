@@ -1,6 +1,7 @@
 #include "controller/loop/stroke_executor.hpp"
 
 #include "controller/loop/event_text.hpp"
+#include "controller/motion/join.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -35,12 +36,6 @@ bool same(const StrokeRequest& a, const StrokeRequest& b) noexcept {
 
 bool strikes(StrokeKind kind) noexcept { return kind == StrokeKind::kHit || kind == StrokeKind::kPush; }
 
-motion::MotionState state_at(const Trajectory& trajectory, std::size_t tick) noexcept {
-  const motion::TrajectoryPoint& point = trajectory.points[tick];
-  const auto joints = static_cast<Eigen::Index>(trajectory.joints);
-  return {JointVector::Map(point.q.data(), joints), JointVector::Map(point.qd.data(), joints), JointVector::Map(point.qdd.data(), joints)};
-}
-
 }  // namespace
 
 StrokeExecutor::StrokeExecutor(motion::StrokePlanner& planner, LoopChannels& channels) : planner_{planner}, channels_{channels} {
@@ -61,9 +56,8 @@ void StrokeExecutor::submit(const StrokeRequest& request, Time now) {
   if (strikes(request.kind) && strikes(request_.kind) && stage_ != Stage::kIdle && !following_ && !next_ && known_apart) {
     following_.emplace();
     following_->request = request;
-    following_->status.id = request.id;
     following_->plan_ahead = kPlanAhead;
-    return;
+    return wait_in_line(now);
   }
   if (request.kind != StrokeKind::kPark) {
     const std::string after = following_ ? " and stroke " + std::to_string(following_->status.id) + " is to follow" : "";
@@ -196,6 +190,14 @@ void StrokeExecutor::hand_over(StrokeStatus& status, const motion::StrokeTimes& 
   channels_.requests.push({.kind = LoopRequest::Kind::kStart, .trajectory = buffer, .trajectory_number = handed_, .join = join});
 }
 
+void StrokeExecutor::wait_in_line(Time now) {
+  following_->status = {};
+  following_->status.id = following_->request.id;
+  following_->status.stamp = now;
+  following_->status.text = "waits for stroke " + std::to_string(status_.id);
+  following_->told = false;
+}
+
 void StrokeExecutor::carry_on(Time now) {
   if (!following_ || following_->trajectory != nullptr) return;
   if (next_) return refuse_following(RefusalReason::kStopped, "a park request came", now);
@@ -206,6 +208,8 @@ void StrokeExecutor::carry_on(Time now) {
   }
   if (stop_bars(following_->request)) return refuse_following(RefusalReason::kStopped, why_not_ready(), now);
   if (stage_ == Stage::kHanded) plan_join(now);
+  if (!following_ || std::exchange(following_->told, true)) return;
+  outbox_.push_back(following_->status);  // not newest_: that is the stroke under way
 }
 
 void StrokeExecutor::plan_join(Time now) {
@@ -216,7 +220,7 @@ void StrokeExecutor::plan_join(Time now) {
   const auto join = find_join(std::max(ahead, next.not_before));
   if (!join) return;
   Trajectory* const buffer = free_.back();
-  const auto times = planner_.plan(next.request, state_at(*running_, *join), *buffer);
+  const auto times = planner_.plan(next.request, motion::state_at(*running_, *join), *buffer);
   if (!times) {
     // From wherever it starts: what is asked is wrong, or out of reach.
     if (times.error().reason != RefusalReason::kJointLimit) return refuse_following(times.error().reason, times.error().text, now);
@@ -226,15 +230,12 @@ void StrokeExecutor::plan_join(Time now) {
   }
   next.trajectory = buffer;
   next.number = handed_ + 1;
+  next.told = false;
   hand_over(next.status, *times, {running_number_, *join}, now);
-  outbox_.push_back(next.status);  // not newest_: that is the stroke under way
 }
 
 std::optional<std::size_t> StrokeExecutor::find_join(std::size_t earliest) const noexcept {
-  // Phases come in order, and with the last one the tip is at the safe height.
-  const auto end = running_->points.begin() + static_cast<std::ptrdiff_t>(running_->size);
-  const auto free = std::find_if(running_->points.begin(), end, [](const auto& point) { return point.phase == StrokePhase::kParking; });
-  const std::size_t tick = std::max(earliest, static_cast<std::size_t>(free - running_->points.begin()));
+  const std::size_t tick = std::max(earliest, motion::first_join(*running_));
   if (tick + kLastJoin >= running_->size) return std::nullopt;
   return tick;
 }
@@ -242,6 +243,7 @@ std::optional<std::size_t> StrokeExecutor::find_join(std::size_t earliest) const
 void StrokeExecutor::take_over() {
   request_ = following_->request;
   status_ = std::move(following_->status);
+  newest_ = status_;
   running_ = following_->trajectory;
   running_number_ = following_->number;
   following_.reset();
@@ -254,6 +256,7 @@ void StrokeExecutor::handle_following(const LoopEvent& event) {
   // The place was passed before the loop had it: plan for one further on. Or the arm was slowed down or stopped, which carry_on() sees.
   following_->trajectory = nullptr;
   following_->plan_ahead *= 2;
+  wait_in_line(event.time);
 }
 
 void StrokeExecutor::handle(const LoopEvent& event) {
@@ -301,7 +304,7 @@ bool StrokeExecutor::repeats(const StrokeRequest& request, Time now) {
     return true;
   }
   if (following_ && same(request, following_->request)) {
-    if (following_->trajectory != nullptr) outbox_.push_back(following_->status);
+    if (following_->told) outbox_.push_back(following_->status);
     return true;
   }
   if (next_ && same(request, *next_)) return true;

@@ -60,6 +60,9 @@ class StrokeExecutor {
   /// Status of the newest stroke, for the periodic repetition.
   const std::optional<StrokeStatus>& newest() const noexcept { return newest_; }
 
+  /// Status of the stroke after it, for the same; null: none is to follow.
+  const StrokeStatus* following() const noexcept { return following_ && following_->told ? &following_->status : nullptr; }
+
   bool idle() const noexcept { return stage_ == Stage::kIdle && !following_; }
   /// Of the loop, as of the last poll() or submit().
   const LoopStatus& loop() const noexcept { return loop_; }
@@ -80,6 +83,7 @@ class StrokeExecutor {
   struct Following {
     StrokeRequest request;
     StrokeStatus status;
+    bool told = false;                               ///< the status was sent
     const motion::Trajectory* trajectory = nullptr;  ///< that the loop has; null: it has none
     std::uint64_t number = 0;                        ///< of it, LoopRequest::trajectory_number
     Duration plan_ahead{};                           ///< planning and the way to the loop may take so long
@@ -104,6 +108,8 @@ class StrokeExecutor {
   void plan(Time now);
   /// Plans the following stroke into the running one, once that is possible; or begins it when there is nothing under way any more.
   void carry_on(Time now);
+  /// The following stroke has no plan.
+  void wait_in_line(Time now);
   void plan_join(Time now);
   /// Tick of the running trajectory, from `earliest` on, from which another one may take over: the discs are free and the arm moves.
   std::optional<std::size_t> find_join(std::size_t earliest) const noexcept;

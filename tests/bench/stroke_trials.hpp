@@ -47,7 +47,10 @@ struct Trial {
   support::StrokeAudit planned;
   double over_bound = 0.0;  ///< the ways to and from the contact (a push: the line) over their joint-space bound; 0 for a park
   std::optional<PushPath> push;
-  std::string broken;       ///< limits that the set-points break, and by how much; empty: none
+  /// The same stroke out of the one before it in motion: the time of the two over that of the two apart. 0: no way, or it does not follow one.
+  double over_separate = 0.0;
+  bool follows = false;                               ///< a stroke that it could take over from was before it
+  std::string broken;                                 ///< limits that the set-points break, and by how much; empty: none
   std::optional<support::AchievedStroke> alone;       ///< run on an empty table
   std::optional<support::AchievedStroke> with_discs;  ///< run into support::discs_before()
 
@@ -69,6 +72,7 @@ using RequestSource = std::function<StrokeRequest(SplitMix64&)>;
 /// Strokes in sequences of kSequence, each stroke from where the last one ended and the first from the park pose; half of them park.
 /// The same seed gives the same strokes, on however many threads.
 inline constexpr int kSequence = 50;
-std::vector<Trial> run_trials(const TrialSetup& setup, const RequestSource& source, int n, std::uint64_t seed, TrialScope scope, int threads);
+std::vector<Trial> run_trials(const TrialSetup& setup, const RequestSource& source, int n, std::uint64_t seed, TrialScope scope,
+                              int threads);
 
 }  // namespace breakshot::bench

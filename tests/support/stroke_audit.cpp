@@ -81,8 +81,10 @@ void measure_joints(const kinematics::ArmKinematics& arm, const motion::MotionSe
     }
     for (const std::size_t k : {std::size_t{0}, n - 1}) {
       const TrajectoryPoint& here = trajectory.points[k];
-      const TrajectoryPoint there = k == 0 && before != nullptr ? before->trajectory.points[before->tick] : TrajectoryPoint{here.q, {}, {}, here.phase};
-      const double off = std::max({std::abs(here.q[j] - there.q[j]), std::abs(here.qd[j] - there.qd[j]), std::abs(here.qdd[j] - there.qdd[j])});
+      const TrajectoryPoint there =
+          k == 0 && before != nullptr ? before->trajectory.points[before->tick] : TrajectoryPoint{here.q, {}, {}, here.phase};
+      const double off =
+          std::max({std::abs(here.q[j] - there.q[j]), std::abs(here.qd[j] - there.qd[j]), std::abs(here.qdd[j] - there.qdd[j])});
       if (off > (k == 0 && before != nullptr ? kRounding : 0.0)) audit.at_rest_at_ends = false;
     }
   }

@@ -168,7 +168,14 @@ TEST_F(JoinedStrokes, OneMayFollowAndWhatElseComesIsBusy) {
     EXPECT_EQ(final_of(id).reason, RefusalReason::kBusy);
     EXPECT_NE(final_of(id).text.find("stroke 2 is to follow"), std::string::npos);
   }
+  const auto answers = [&] { return std::count_if(history.begin(), history.end(), [](const auto& each) { return each.id == 2; }); };
+  const auto before = answers();
   submit(push_elsewhere(2));  // once more: answered, and nothing else
+  step();
+  EXPECT_EQ(answers(), before + 1);
+  ASSERT_NE(executor.following(), nullptr) << "for the periodic status";
+  EXPECT_EQ(executor.following()->id, 2U);
+  EXPECT_EQ(executor.newest()->id, 1U);
   run_to_end(2);
   EXPECT_EQ(finals(1), 1U);
   EXPECT_EQ(finals(2), 1U);
@@ -213,6 +220,10 @@ TEST_F(JoinedStrokes, TooLateForAJoinItStartsFromRest) {
     if (largest_speed_share() < 0.02 && !has_ended(1)) submit(push_elsewhere(2));
     step();
   }
+  ASSERT_TRUE(told(2, StrokePhase::kAccepted)) << "an answer at once";
+  const auto answer = std::find_if(history.begin(), history.end(), [](const auto& each) { return each.id == 2; });
+  EXPECT_EQ(answer->text, "waits for stroke 1");
+  EXPECT_EQ(answer->planned_total, Duration::zero());
   run_to_end(2);
   EXPECT_EQ(final_of(1).phase, StrokePhase::kDone);
   EXPECT_EQ(final_of(1).text, "");

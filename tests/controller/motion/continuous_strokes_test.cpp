@@ -5,6 +5,7 @@
 
 #include "common/config/cell_config.hpp"
 #include "common/urdf/cell_arm.hpp"
+#include "controller/motion/join.hpp"
 #include "controller/motion/motion_config.hpp"
 #include "tests/support/stroke_audit.hpp"
 
@@ -15,7 +16,7 @@
 #include <limits>
 #include <memory>
 #include <numbers>
-#include <optional>
+#include <string>
 
 namespace breakshot::motion {
 namespace {
@@ -27,23 +28,11 @@ using support::StrokeAudit;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-MotionState state_at(const Trajectory& trajectory, std::size_t tick) {
-  const TrajectoryPoint& point = trajectory.points[tick];
-  return {JointVector::Map(point.q.data(), trajectory.joints), JointVector::Map(point.qd.data(), trajectory.joints),
-          JointVector::Map(point.qdd.data(), trajectory.joints)};
-}
-
-/// Where the discs are free again.
-std::size_t join_of(const Trajectory& trajectory) {
-  std::size_t tick = 0;
-  while (trajectory.points[tick].phase != StrokePhase::kParking) ++tick;
-  return tick;
-}
-
 class ContinuousStrokes : public testing::Test {
  protected:
   StrokeRequest random_stroke(StrokeKind kind) {
-    StrokeRequest request = kind == StrokeKind::kHit ? random_hit(random_, cell_.workspace, random_.uniform(0.3, 1.0)) : random_push(random_, cell_.workspace);
+    StrokeRequest request =
+        kind == StrokeKind::kHit ? random_hit(random_, cell_.workspace, random_.uniform(0.3, 1.0)) : random_push(random_, cell_.workspace);
     request.park_after = random_.uniform() < 0.5;
     return request;
   }
@@ -88,14 +77,14 @@ TEST_P(Pairs, AreOneMotionAndAsExactAsAlone) {
   for (int i = 0; i < kPairs; ++i) {
     const StrokeRequest one = random_stroke(GetParam().first);
     const StrokeRequest two = random_stroke(GetParam().second);
-    SCOPED_TRACE(testing::Message() << "pair " << i << ": at " << one.p_WS.transpose() << " along " << one.direction_W.transpose() << ", then at "
-                                    << two.p_WS.transpose() << " along " << two.direction_W.transpose());
+    SCOPED_TRACE(testing::Message() << "pair " << i << ": at " << one.p_WS.transpose() << " along " << one.direction_W.transpose()
+                                    << ", then at " << two.p_WS.transpose() << " along " << two.direction_W.transpose());
     const auto alone = planner_.plan(one, settings_.park, *first_);
     if (!alone) continue;
     const auto from_rest = planner_.plan(two, state_at(*first_, first_->size - 1).q, *rested_);
     if (!from_rest) continue;
     ++possible;
-    const std::size_t join = join_of(*first_);
+    const std::size_t join = first_join(*first_);
     ASSERT_GT(join, first_->contact_tick);
     const auto times = planner_.plan(two, state_at(*first_, join), *joined_);
     if (!times) {
@@ -141,8 +130,8 @@ TEST_P(Pairs, AreOneMotionAndAsExactAsAlone) {
   EXPECT_GE(possible, kPairs / 2);
   EXPECT_GE(joined, possible * 95 / 100);
   EXPECT_LT(over_separate / joined, 0.95);
-  std::printf("%d of %d pairs joined; time over that of the two apart: %.3f; slowest in between: %.3f of a joint's speed\n", joined, possible,
-              over_separate / joined, least_speed);
+  std::printf("%d of %d pairs joined; time over that of the two apart: %.3f; slowest in between: %.3f of a joint's speed\n", joined,
+              possible, over_separate / joined, least_speed);
 }
 
 TEST_F(ContinuousStrokes, FromAMotionAmongTheDiscsThereIsNone) {
@@ -157,7 +146,7 @@ TEST_F(ContinuousStrokes, FromAMotionAmongTheDiscsThereIsNone) {
 TEST_F(ContinuousStrokes, WhatIsWrongOrOutOfReachIsSaidFromAnyMotion) {
   const StrokeRequest hit = random_stroke(StrokeKind::kHit);
   ASSERT_TRUE(planner_.plan(hit, settings_.park, *first_));
-  const MotionState start = state_at(*first_, join_of(*first_));
+  const MotionState start = state_at(*first_, first_join(*first_));
   StrokeRequest wrong = hit;
   wrong.direction_W *= 2.0;
   EXPECT_EQ(planner_.plan(wrong, start, *joined_).error().reason, RefusalReason::kBadRequest);
