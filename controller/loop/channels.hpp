@@ -74,7 +74,7 @@ struct LoopEvent {
   Refusal refusal = Refusal::kNone;
   safety::CauseSet causes{};
   std::uint64_t stroke_id = 0;
-  bool joined = false;
+  bool joined = false;  ///< with kDone
   Time time{};
   safety::JointArray q{};   ///< rad
   safety::JointArray qd{};  ///< rad/s

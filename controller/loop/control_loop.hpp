@@ -18,9 +18,9 @@ namespace breakshot::control {
 /// Every result follows from the arguments and the requests taken from the channels, so a recorded run can be played back bit for bit. Where
 /// the set-point goes on:
 ///   released --(fresh state)--> braking --> holding --(start)--> on trajectory --> settling --> holding
-/// with a next trajectory taking over from the running one where both are in the same motion, and with a stop on the path or a brake out of every moving state, as safety::FailSafe decides. In a stop the set-point gives way, once, to
-/// an arm that is held elsewhere, and the stop does not end before the two agree: resuming moves nothing. Time, not the count of calls, moves a
-/// trajectory: when periods were skipped, the set-point is where it would have been.
+/// with a next trajectory taking over from the running one at a tick at which both are in the same motion, and with a stop on the path or a brake
+/// out of every moving state, as safety::FailSafe decides. In a stop the set-point gives way, once, to an arm that is held elsewhere, and the
+/// stop does not end before the two agree: resuming moves nothing. Time, not the count of calls, moves a trajectory: when periods were skipped, the set-point is where it would have been.
 class ControlLoop : private LoopMemory {
  public:
   /// @param channels  outlives the loop; this side of them is the loop's alone

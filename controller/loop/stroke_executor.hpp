@@ -16,8 +16,9 @@ namespace breakshot::control {
 
 /// The planning side of the controller: turns stroke requests into trajectories for the loop, and what the loop tells into stroke status.
 ///
-/// One stroke runs at a time, and one more may be known already: then the arm goes over into it without a rest. It has no thread and no clock of its own: its owner calls submit(), cancel() and poll() from one thread and takes the
-/// status values out. It owns the trajectory buffers, allocated once.
+/// One stroke runs at a time, and one more may be known already: then the arm goes over into it without a rest. It has no thread and no clock
+/// of its own: its owner calls submit(), cancel() and poll() from one thread and takes the status values out. It
+/// owns the trajectory buffers, allocated once.
 class StrokeExecutor {
  public:
   /// @param planner   plans from any set-point; used by this object alone as long as it lives

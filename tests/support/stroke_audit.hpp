@@ -2,6 +2,7 @@
 
 #include "common/random.hpp"
 #include "controller/motion/stroke_planner.hpp"
+#include "tests/support/before.hpp"
 
 namespace breakshot::support {
 
@@ -28,12 +29,6 @@ struct StrokeAudit {
   double join = 0.0;  ///< largest disagreement of a joint's speed with the change of its position, rad/s
   bool phases_in_order = true;
   bool at_rest_at_ends = true;  ///< or, at its beginning, as the stroke that it goes on from is there
-};
-
-/// Where a stroke begins that goes on from another one.
-struct Before {
-  const motion::Trajectory& trajectory;
-  std::size_t tick = 0;  ///< above 0
 };
 
 /// @param times   what plan() said of this trajectory

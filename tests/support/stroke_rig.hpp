@@ -7,6 +7,7 @@
 #include "controller/loop/loop_config.hpp"
 #include "controller/motion/trajectory.hpp"
 #include "sim_bridge/world/sim_world.hpp"
+#include "tests/support/before.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -20,10 +21,11 @@ namespace breakshot::support {
 struct AchievedStroke {
   std::string stopped;  ///< why the loop gave the stroke up; empty: it ran to its end
   // A hit, at the instant at which the controller reckons the contact: always a tick. No disc needed.
-  double position_error = 0.0;   ///< of the rod's axis from StrokeRequest::p_WS, m
-  double direction_error = 0.0;  ///< of its velocity from StrokeRequest::direction_W, table plane, rad; a push: largest on its line's cruise
-  double speed_error = 0.0;      ///< relative; a push: largest on its line's cruise
-  double height_error = 0.0;     ///< of the tip from MotionSettings::tip_height, m; a push: largest on its line
+  double position_error = 0.0;  ///< of the rod's axis from StrokeRequest::p_WS, m
+  double direction_error =
+      0.0;                    ///< of its velocity from StrokeRequest::direction_W, table plane, rad; a push: largest on its line's cruise
+  double speed_error = 0.0;   ///< relative; a push: largest on its line's cruise
+  double height_error = 0.0;  ///< of the tip from MotionSettings::tip_height, m; a push: largest on its line
 
   double line_deviation = 0.0;  ///< a push: largest distance of the axis from its line while on it, m
 
@@ -56,12 +58,13 @@ class StrokeRig {
  public:
   explicit StrokeRig(StrokeRigSettings settings);
 
-  /// @param trajectory  of `request`, from rest
+  /// @param trajectory  of `request`, from rest or out of `before`
   /// @param discs       on the table
   /// @param ticks       gets every tick of the loop, as its flight recorder does; may be null
+  /// @param before      what runs first, from rest, so that the loop goes over into `trajectory` in motion; null: nothing does
   /// @throws std::invalid_argument for discs that cannot be placed
   AchievedStroke run(const StrokeRequest& request, const motion::Trajectory& trajectory, std::span<const SimDisc> discs,
-                     std::vector<control::TickRecord>* ticks = nullptr) const;
+                     std::vector<control::TickRecord>* ticks = nullptr, const Before* before = nullptr) const;
 
   const StrokeRigSettings& settings() const noexcept { return settings_; }
 

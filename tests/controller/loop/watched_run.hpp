@@ -59,8 +59,8 @@ struct WatchedRun {
   int started = 0, joined = 0, stopped = 0, refused = 0, recovered = 0, restarted = 0;
 };
 
-/// Ticks a recorded control loop through strokes, alone and one out of the other, refusals, both kinds of stop, lost and spoilt states, reconnects, restarts and recoveries, and watches
-/// each tick (and nothing else).
+/// Ticks a recorded control loop through strokes, alone and one out of the other, refusals, both kinds of stop, lost and spoilt states, reconnects,
+/// restarts and recoveries, and watches each tick (and nothing else).
 WatchedRun run_watched(int ticks, unsigned seed);
 
 }  // namespace breakshot::control::test
