@@ -25,8 +25,9 @@ struct StrokeRequest {
   Vector2 direction_W{1.0, 0.0};  ///< unit vector of travel
   double speed = 0.0;             ///< of the tip along direction_W: a hit's at contact, a push's while it runs, m/s
   double run_in = 0.0;            ///< hit: straight approach that ends in p_WS; the striker comes down before it, m
-  double length = 0.0;     ///< push: length of the straight line, m; a hit ignores it (its follow-through is as short as the arm can brake)
-  bool park_after = true;  ///< go to the park pose when the stroke is done, so that the camera sees the table; not when another one follows it
+  double length = 0.0;  ///< push: length of the straight line, m; a hit ignores it (its follow-through is as short as the arm can brake)
+  bool park_after =
+      true;  ///< go to the park pose when the stroke is done, so that the camera sees the table; not when another one follows it
 };
 
 /// Where a stroke is in its life. kRefused, kDone and kStopped are final.
@@ -38,8 +39,8 @@ enum class StrokePhase : std::uint8_t {
   kRetreat = 4,        ///< lifting away
   kParking = 5,        ///< discs are free and the arm goes to the park pose
   kDone = 6,           ///< the arm is at rest, or the next stroke took over in motion (see text)
-  kRefused = 7,  ///< not planned: see RefusalReason; the arm did not move
-  kStopped = 8,  ///< begun but stopped on the way: see text
+  kRefused = 7,        ///< not planned: see RefusalReason; the arm did not move
+  kStopped = 8,        ///< begun but stopped on the way: see text
 };
 
 constexpr bool is_final(StrokePhase phase) noexcept {
@@ -71,7 +72,7 @@ struct StrokeStatus {
   /// Measured tip speed along direction_W with which the striker came to p_WS, before any disc slowed it, m/s; 0 before that, and when the joint
   /// states of those milliseconds are missing.
   double contact_speed = 0.0;
-  std::string text;            ///< for people: what was found and what is allowed; at most 255 characters
+  std::string text;  ///< for people: what was found and what is allowed; at most 255 characters
 };
 
 /// "hit", "push", ...; "invalid" for a value outside the enum (such values can come from the wire).

@@ -39,7 +39,9 @@ struct Sums {
     count += other.count;
     return *this;
   }
-  double rms() const noexcept { return count > 0 ? std::sqrt(error2 / static_cast<double>(count)) : std::numeric_limits<double>::infinity(); }
+  double rms() const noexcept {
+    return count > 0 ? std::sqrt(error2 / static_cast<double>(count)) : std::numeric_limits<double>::infinity();
+  }
   double rms_speed() const noexcept { return count > 0 ? std::sqrt(speed2 / static_cast<double>(count)) : 0.0; }
 };
 
@@ -72,7 +74,8 @@ class Comparison {
       const double u = to_seconds(at - a.due) / span;
       const double v = 1.0 - u;
       for (int j = joint < 0 ? 0 : joint; j < (joint < 0 ? joints() : joint + 1); ++j) {
-        const double q = (1.0 + 2.0 * u) * v * v * a.q[j] + u * v * v * span * a.qd[j] + u * u * (3.0 - 2.0 * u) * b.q[j] - u * u * v * span * b.qd[j];
+        const double q =
+            (1.0 + 2.0 * u) * v * v * a.q[j] + u * v * v * span * a.qd[j] + u * u * (3.0 - 2.0 * u) * b.q[j] - u * u * v * span * b.qd[j];
         const double qd = v * a.qd[j] + u * b.qd[j];
         const double error = q - sample.q[j];
         sums += {error * error, error * qd, qd * qd, 1};

@@ -67,8 +67,8 @@ void print_lag(const FlightRecord& record) {
   const auto ms = [](Duration lag) { return 1e3 * to_seconds(lag); };
   fmt::print("drives' lag: {:.2f} ms (controller.drive_lag_ms: {:.2f}); by joint:", ms(found->lag), ms(record.config.drive_lag));
   for (const Duration lag : found->joint_lag) fmt::print(" {}", lag < Duration{} ? "-" : fmt::format("{:.2f}", ms(lag)));
-  fmt::print("\n  from {} states; unexplained: {:.1f} urad rms, with the configured lag {:.1f} urad\n", found->states, 1e6 * found->residual,
-             1e6 * found->residual_configured);
+  fmt::print("\n  from {} states; unexplained: {:.1f} urad rms, with the configured lag {:.1f} urad\n", found->states,
+             1e6 * found->residual, 1e6 * found->residual_configured);
 }
 
 int run(int argc, char** argv) {

@@ -271,12 +271,14 @@ Refusal StrokePlanner::refuse(const StrokeRequest& request, const MotionState& s
     (accepted(middle) ? low : high) = middle;
   }
   // Plans are not strictly better the slower they are; what is promised is tried.
-  for (double speed = low; speed >= kSlowestStroke; speed *= 0.9) {
+  double speed = low;
+  while (speed >= kSlowestStroke) {
     if (accepted(0.99 * speed) && accepted(speed)) {
       return {RefusalReason::kTooFast, speed,
               text("%s at (%.3f, %.3f) m along (%.3f, %.3f): %.3f m/s asked, %.3f m/s attainable", to_string(request.kind), x, y,
                    request.direction_W.x(), request.direction_W.y(), request.speed, speed)};
     }
+    speed *= 0.9;
   }
   if (stage == SearchStage::kArea)
     return {RefusalReason::kOutOfBounds, 0.0, text("the run-in to (%.3f, %.3f) m leaves the striker's area", x, y)};

@@ -54,16 +54,16 @@ class StrokePlanner {
   StrokePlanner& operator=(const StrokePlanner&) = delete;
 
   /// Plans the whole stroke from rest at q_start. `out` is of use only when it succeeds.
-  Result<StrokeTimes, Refusal> plan(const StrokeRequest& request, const JointVector& q_start, Trajectory& out) {
-    return plan(request, MotionState::at_rest(q_start), out);
+  Result<StrokeTimes, Refusal> plan(const StrokeRequest& asked, const JointVector& q_start, Trajectory& out) {
+    return plan(asked, MotionState::at_rest(q_start), out);
   }
   /// The same from a state in motion, which is the trajectory's first point: a stroke that another one goes on into. The striker must be at the
   /// safe height. A refusal as kJointLimit tells of this start alone: from rest the same stroke may be accepted, or refused as kTooFast.
-  Result<StrokeTimes, Refusal> plan(const StrokeRequest& request, const MotionState& start, Trajectory& out);
+  Result<StrokeTimes, Refusal> plan(const StrokeRequest& asked, const MotionState& start, Trajectory& out);
 
   /// plan() without the trajectory and its check at every tick: times are within a few ticks, and a stroke at the very edge of the limits
   /// may still be refused by plan(). Refusals say no attainable speed.
-  Result<StrokeTimes, Refusal> estimate(const StrokeRequest& request, const JointVector& q_start);
+  Result<StrokeTimes, Refusal> estimate(const StrokeRequest& asked, const JointVector& q_start);
 
   /// Largest tip speed along a direction at a place by joint speeds and accelerations at that place alone, over all branches, m/s; 0 where
   /// the arm does not reach. An upper bound of what plan() accepts.

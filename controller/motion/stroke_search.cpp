@@ -33,16 +33,8 @@ struct AlongShare {
   double of_least, of_most;
 };
 constexpr std::array<AlongShare, 4> kAlongShares{{{0.0, 0.0}, {0.0, 0.6}, {0.6, 0.0}, {0.5, 0.5}}};
-constexpr std::array<AlongShare, 10> kMoreAlongShares{{{0.0, 0.0},
-                                                       {0.0, 0.6},
-                                                       {0.6, 0.0},
-                                                       {0.5, 0.5},
-                                                       {0.0, 0.3},
-                                                       {0.0, 0.85},
-                                                       {0.3, 0.0},
-                                                       {0.85, 0.0},
-                                                       {0.7, 0.3},
-                                                       {0.3, 0.7}}};
+constexpr std::array<AlongShare, 10> kMoreAlongShares{
+    {{0.0, 0.0}, {0.0, 0.6}, {0.6, 0.0}, {0.5, 0.5}, {0.0, 0.3}, {0.0, 0.85}, {0.3, 0.0}, {0.85, 0.0}, {0.7, 0.3}, {0.3, 0.7}}};
 constexpr std::array kJerkShares{1.0};
 constexpr std::array kMoreJerkShares{1.0, 0.5};
 
@@ -251,10 +243,10 @@ double StrokeSearch::least_duration(const JointVector& a, const JointVector& b, 
 }
 
 JointVector StrokeSearch::bend(const JointVector& q, const Vector3& v_WT_W) const noexcept {
-  constexpr double h = 1e-3;  // s; the change over 2 ms is far above rounding and far below what bends again
-  const JointVector ahead = tracker_.joint_speed(q + h * tracker_.joint_speed(q, v_WT_W), v_WT_W);
-  const JointVector behind = tracker_.joint_speed(q - h * tracker_.joint_speed(q, v_WT_W), v_WT_W);
-  return (ahead - behind) / (2.0 * h);
+  constexpr double kStep = 1e-3;  // s; the change over 2 ms is far above rounding and far below what bends again
+  const JointVector ahead = tracker_.joint_speed(q + kStep * tracker_.joint_speed(q, v_WT_W), v_WT_W);
+  const JointVector behind = tracker_.joint_speed(q - kStep * tracker_.joint_speed(q, v_WT_W), v_WT_W);
+  return (ahead - behind) / (2.0 * kStep);
 }
 
 std::pair<double, double> StrokeSearch::line_acceleration(const Branch& branch, double climb, double share) const noexcept {
@@ -392,6 +384,8 @@ std::optional<StrokeSearch::Side> StrokeSearch::leave(const StrokeRequest& reque
 
 void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, double share, const StrokeWay& start,
                            const MotionState& from) {
+  // A hit that passes the contact at constant speed meets a disc that stands a little elsewhere as fast: where one is possible, no other will do.
+  bool steady = false;
   for (const double climb_share : variety_->climb_shares) {
     const double climb = tip_limit(branch.per_climb, climb_share * share * limits_.acceleration);
     const auto [least, most] = line_acceleration(branch, climb, share);
@@ -400,14 +394,15 @@ void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, d
     bool better = false;
     for (const AlongShare& part : variety_->along_shares) {
       const double along = part.of_least * least + part.of_most * most;
-      if (along < least || along > most) continue;
+      if (along < least || along > most || (steady && along != 0.0)) continue;
       const TipAcceleration a{climb, along};
       const auto before = approach(request, branch, a, share, from);
       if (!before) continue;
       const auto after = leave(request, branch, a, share, !before->dip.fall.starts_accelerated());
       if (!after) continue;
       found = true;
-      if (before->cost + after->cost >= best_cost_) continue;
+      steady = steady || along == 0.0;
+      if (before->cost + after->cost >= best_cost_) break;
       better = true;
       best_cost_ = before->cost + after->cost;
       best_ = start;
@@ -420,7 +415,7 @@ void StrokeSearch::try_hit(const StrokeRequest& request, const Branch& branch, d
       best_->duration += before->time + after->time;
       break;
     }
-    if (found && !better) return;
+    if (found && !better) return;  // less climb and more braking pays as long as it does
   }
 }
 

@@ -4,8 +4,8 @@
 
 #include <array>
 #include <cstddef>
-#include <optional>
 #include <cstdint>
+#include <optional>
 
 namespace breakshot::safety {
 

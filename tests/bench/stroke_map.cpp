@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -49,7 +48,8 @@ void StrokeMap::print() const {
         if (cell.accepted == 0) {
           fmt::print("{:>4.0f}   -    -    -  |", cell.asked > 0 ? 0.0 : NAN);
         } else {
-          fmt::print("{:>4.0f} {:.2f} {:.2f} {:.2f} |", 100.0 * cell.accepted / cell.asked, cell.position_mm, cell.direction_deg, cell.speed_pct);
+          fmt::print("{:>4.0f} {:.2f} {:.2f} {:.2f} |", 100.0 * cell.accepted / cell.asked, cell.position_mm, cell.direction_deg,
+                     cell.speed_pct);
         }
       }
       fmt::print("\n");

@@ -51,7 +51,7 @@ struct Totals {
   std::vector<double> over_bound, push_over_bound;
   std::vector<double> over_separate;  ///< of strokes that took over from another one
   int following = 0;                  ///< strokes that had one to take over from
-  std::vector<double> margin;  ///< StrokeTimes::singularity_margin, m/rad
+  std::vector<double> margin;         ///< StrokeTimes::singularity_margin, m/rad
   double tracking_urad = 0.0, torque_share = 0.0;
   int violations = 0, second_contacts = 0, stopped = 0, untouched = 0, unmeasured = 0, struck_twice = 0, strokes = 0, accepted = 0;
 
@@ -108,6 +108,7 @@ struct Totals {
 void put_row(const std::string& name, const std::vector<Trial>& trials, nlohmann::json& metrics) {
   int possible = 0;
   int accepted = 0;
+  double attainable = 0.0;  // the most that a refusal as too fast says, m/s
   std::map<std::string, int> refusals;
   std::vector<double> total, to_contact, low_after, plan_ms, over_bound;
   for (const Trial& trial : trials) {
@@ -115,6 +116,7 @@ void put_row(const std::string& name, const std::vector<Trial>& trials, nlohmann
     plan_ms.push_back(trial.plan_ms);
     if (trial.refusal) {
       ++refusals[to_string(trial.refusal->reason)];
+      attainable = std::max(attainable, trial.refusal->attainable);
       continue;
     }
     ++accepted;
@@ -125,19 +127,21 @@ void put_row(const std::string& name, const std::vector<Trial>& trials, nlohmann
   }
   const double accepted_pct = 100.0 * accepted / static_cast<double>(trials.size());
   const double of_possible_pct = 100.0 * accepted / std::max(1, possible);
-  fmt::print("{:<14}{:>9.1f} %{:>9.1f} %{:>9.2f}{:>9.2f}{:>8.2f}{:>9.1f}{:>9.2f}{:>9.2f}\n", name, accepted_pct, of_possible_pct, mean(total),
-             mean(to_contact), mean(over_bound), mean(low_after), mean(plan_ms), quantile(plan_ms, 0.99));
+  fmt::print("{:<14}{:>9.1f} %{:>9.1f} %{:>9.2f}{:>9.2f}{:>8.2f}{:>9.1f}{:>9.2f}{:>9.2f}\n", name, accepted_pct, of_possible_pct,
+             mean(total), mean(to_contact), mean(over_bound), mean(low_after), mean(plan_ms), quantile(plan_ms, 0.99));
   for (const auto& [reason, count] : refusals) fmt::print("{:<14}  refused, {}: {}\n", "", reason, count);
+  if (attainable > 0.0) fmt::print("{:<14}  attainable where too fast, at most {:.3f} m/s\n", "", attainable);
   for (std::size_t i = 0; i < trials.size(); ++i) {
     const StrokeRequest& r = trials[i].request;
     if (trials[i].broken.empty() && !trials[i].meets_disc_twice()) continue;
-    fmt::print("{:<14}  stroke {}, {} at ({:.4f}, {:.4f}) m along ({:.4f}, {:.4f}), {:.3f} m/s, low for {:.0f} mm: {}{}\n", "", i, to_string(r.kind), r.p_WS.x(),
-               r.p_WS.y(), r.direction_W.x(), r.direction_W.y(), r.speed, 1e3 * trials[i].times.low_after, trials[i].broken,
-               trials[i].meets_disc_twice() ? "meets its disc twice" : "");
+    fmt::print("{:<14}  stroke {}, {} at ({:.4f}, {:.4f}) m along ({:.4f}, {:.4f}), {:.3f} m/s, low for {:.0f} mm: {}{}\n", "", i,
+               to_string(r.kind), r.p_WS.x(), r.p_WS.y(), r.direction_W.x(), r.direction_W.y(), r.speed, 1e3 * trials[i].times.low_after,
+               trials[i].broken, trials[i].meets_disc_twice() ? "meets its disc twice" : "");
   }
   metrics[name + ".accepted_pct"] = accepted_pct;
   metrics[name + ".accepted_of_possible_pct"] = of_possible_pct;
   metrics[name + ".possible_pct"] = 100.0 * possible / static_cast<double>(trials.size());
+  metrics[name + ".attainable_mps_max"] = attainable;
   metrics[name + ".total_s_mean"] = mean(total);
   metrics[name + ".contact_s_mean"] = mean(to_contact);
   metrics[name + ".over_bound_mean"] = mean(over_bound);
@@ -196,7 +200,8 @@ int run(const Arguments& arguments) {
   const auto pushes =
       trials_of("push", arguments.n, scope, [&](SplitMix64& random) { return support::random_push(random, setup.cell.workspace); });
   map.add("push", pushes);
-  if (arguments.mixed > 0) trials_of("mixed", arguments.mixed, {false, false}, [&](SplitMix64& random) { return any_stroke(random, setup); });
+  if (arguments.mixed > 0)
+    trials_of("mixed", arguments.mixed, {false, false}, [&](SplitMix64& random) { return any_stroke(random, setup); });
 
   metrics["planned_hit_position_err_mm_p99"] = quantile(all.hits_planned.position, 0.99);
   metrics["planned_hit_direction_err_deg_p99"] = quantile(all.hits_planned.direction, 0.99);
@@ -225,7 +230,9 @@ int run(const Arguments& arguments) {
   };
   if (!arguments.planned_only) {
     // The worse of: on an empty table at the tick of the contact; at the first touch of a disc.
-    const auto worse = [](const std::vector<double>& a, const std::vector<double>& b, double q) { return std::max(quantile(a, q), quantile(b, q)); };
+    const auto worse = [](const std::vector<double>& a, const std::vector<double>& b, double q) {
+      return std::max(quantile(a, q), quantile(b, q));
+    };
     metrics["hit_position_err_mm_p99"] = worse(all.hits_alone.position, all.hits_touch.position, 0.99);
     metrics["hit_direction_err_deg_p99"] = worse(all.hits_alone.direction, all.hits_touch.direction, 0.99);
     metrics["hit_speed_err_pct_p99"] = worse(all.hits_alone.speed, all.hits_touch.speed, 0.99);
@@ -289,7 +296,8 @@ int run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   breakshot::bench::Arguments arguments;
   CLI::App app{
-      "Plans random hits and pushes of the cell's arm, runs them in the simulator and measures both: accuracy, limits, time beside lower bounds.",
+      "Plans random hits and pushes of the cell's arm, runs them in the simulator and measures both: accuracy, limits, time beside lower "
+      "bounds.",
       "bench strokes"};
   app.add_option("--config", arguments.config, "The cell's configuration file")->capture_default_str();
   app.add_option("--set", arguments.overrides, "Overrides one value of it (repeatable)")->allow_extra_args(false);

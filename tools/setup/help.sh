@@ -13,6 +13,7 @@ breakshot: a robot cell that singulates discs by hitting and pushing them.
   order, stop           send an order to the running cell and follow it; cancel it
   recover               end a stop of the controller: until then no order is taken and nothing moves
   bench [NAME]          run a benchmark; without a name: list them
+  plot                  draw what a benchmark of strategies wrote
   perceive, render      run perception on an image; render an image of a formation
   replay FILE           feed a flight record of the controller through its control loop again
   clean [--all]         remove the builds; with --all also what was fetched
@@ -129,11 +130,19 @@ Runs a benchmark: prints a table for people, and with --json writes one JSON obj
                some ten minutes; as root, or with the right to SCHED_FIFO and locked memory
   ik           inverse kinematics beside KDL's solvers
   strokes      planned strokes: accuracy, limits, time beside lower bounds
-  paper        strategies over whole episodes in the in-process cell
+  paper        the paper's strategy and its baselines over whole episodes in the in-process cell
+  singulation  strategies in pairs over worlds drawn by the whole protocol: statistics, every episode and stroke in a CSV
   world        the planner's virtual world beside ODE and Box2D
   perception   finding discs in rendered pictures
   camera       what a rendered frame costs
 Each says its options with: ./breakshot bench NAME -- --help
+TEXT
+      ;;
+    plot) cat <<'TEXT'
+./breakshot plot --episodes CSV [--strokes CSV] [--out FOLDER]
+
+Draws what ./breakshot bench singulation (or paper) wrote with --csv and --strokes-csv: mean times beside the paper's, their distribution, strokes, and how
+well P(singulated) was predicted. Installs matplotlib into build/plots-venv the first time.
 TEXT
       ;;
     perceive | render)

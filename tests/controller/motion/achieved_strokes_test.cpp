@@ -99,7 +99,10 @@ TEST_P(AchievedHits, AreMeasuredAsFastAsTheyWereBeforeTheDiscSlowedThem) {
       SCOPED_TRACE(testing::Message() << "disc " << 1e3 * nearer << " mm nearer than thought, states " << phase_us << " us old");
       ASSERT_TRUE(found.touch);
       ASSERT_TRUE(found.measured_speed);
-      EXPECT_NEAR(*found.measured_speed, found.touch->speed, 0.01 * found.touch->speed);
+      // What it would have had at the contact point, which the arm makes the asked speed (above): nearer or farther, a hit may be speeding up or
+      // slowing down.
+      EXPECT_NEAR(*found.measured_speed, GetParam(), 0.005 * GetParam());
+      EXPECT_NEAR(*found.measured_speed, found.touch->speed, 0.02 * found.touch->speed);
     }
   }
 }

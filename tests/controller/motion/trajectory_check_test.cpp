@@ -49,9 +49,7 @@ TEST_F(TrajectoryCheck, SeesAJerkThatLastsATick) {
   EXPECT_NEAR(use({0.0, 0.0, 0.3, 0.3, 0.3, 0.3, 0.3}).jerk, 1.5, 1e-9);
 }
 
-TEST_F(TrajectoryCheck, SeesAnAccelerationThatLastsATick) {
-  EXPECT_NEAR(use({9.8, 9.8, 10.2, 9.8, 9.8}).acceleration, 1.02, 1e-9);
-}
+TEST_F(TrajectoryCheck, SeesAnAccelerationThatLastsATick) { EXPECT_NEAR(use({9.8, 9.8, 10.2, 9.8, 9.8}).acceleration, 1.02, 1e-9); }
 
 }  // namespace
 }  // namespace breakshot::motion
