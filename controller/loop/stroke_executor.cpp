@@ -54,8 +54,7 @@ void StrokeExecutor::submit(const StrokeRequest& request, Time now) {
   // An id of 0 is that of no stroke in what the loop tells.
   const bool known_apart = request.id != status_.id && request.id != 0;
   if (strikes(request.kind) && strikes(request_.kind) && stage_ != Stage::kIdle && !following_ && !next_ && known_apart) {
-    following_.emplace();
-    following_->request = request;
+    following_.emplace(request);
     following_->plan_ahead = kPlanAhead;
     return wait_in_line(now);
   }

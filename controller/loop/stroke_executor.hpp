@@ -82,6 +82,8 @@ class StrokeExecutor {
   };
   /// The stroke after the one under way.
   struct Following {
+    explicit Following(const StrokeRequest& asked) : request{asked} {}
+
     StrokeRequest request;
     StrokeStatus status;
     bool told = false;                               ///< the status was sent
