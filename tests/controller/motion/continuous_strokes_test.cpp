@@ -1,13 +1,8 @@
 // Strokes that go on from another one in motion: as exact as those from rest, within every limit across the join, never at rest between the two, and
 // sooner done than one after the other.
 
-#include "controller/motion/stroke_planner.hpp"
-
-#include "common/config/cell_config.hpp"
-#include "common/urdf/cell_arm.hpp"
 #include "controller/motion/join.hpp"
-#include "controller/motion/motion_config.hpp"
-#include "tests/support/stroke_audit.hpp"
+#include "tests/controller/motion/shipped_arm.hpp"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +10,6 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <string>
 
 namespace breakshot::motion {
@@ -26,9 +20,7 @@ using support::random_hit;
 using support::random_push;
 using support::StrokeAudit;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
-
-class ContinuousStrokes : public testing::Test {
+class ContinuousStrokes : public ShippedArm {
  protected:
   StrokeRequest random_stroke(StrokeKind kind) {
     StrokeRequest request =
@@ -46,14 +38,9 @@ class ContinuousStrokes : public testing::Test {
     return least;
   }
 
-  const ConfigDocument document_ = load_cell_document(BREAKSHOT_SOURCE_DIR "/config/cell.yaml");
-  const CellConfig cell_ = load_cell_config(document_);
-  const MotionSettings settings_ = load_motion_settings(document_.root().child("controller").child("motion"), cell_);
-  StrokePlanner planner_{load_cell_arm(cell_), cell_.arm.X_WB, settings_};
   std::unique_ptr<Trajectory> first_ = std::make_unique<Trajectory>();
   std::unique_ptr<Trajectory> rested_ = std::make_unique<Trajectory>();
   std::unique_ptr<Trajectory> joined_ = std::make_unique<Trajectory>();
-  SplitMix64 random_{7};
 };
 
 struct Pair {
@@ -95,23 +82,8 @@ TEST_P(Pairs, AreOneMotionAndAsExactAsAlone) {
 
     const support::Before before{*first_, join};
     const StrokeAudit found = audit(planner_, two, *times, *joined_, &before);
-    EXPECT_LE(found.range, 1e-6);
-    EXPECT_LE(found.speed, 1.001);
-    EXPECT_LE(found.acceleration, 1.001);
-    EXPECT_LE(found.jerk, 1.01);
-    EXPECT_LE(found.join, 1e-4);
-    EXPECT_TRUE(found.phases_in_order);
-    EXPECT_TRUE(found.at_rest_at_ends);
-    EXPECT_GE(found.lowest_link, settings_.link_clearance - 1e-4);
-    EXPECT_GE(found.lowest_tip, settings_.tip_height - 0.1e-3);
-    EXPECT_LE(found.low_outside_dip, 0.2 * settings_.clearance);
-    EXPECT_LE(found.position_error, 0.3e-3);
-    EXPECT_LE(found.direction_error, 0.3 * kDegree);
-    EXPECT_LE(found.speed_error, 0.01);
-    EXPECT_LE(found.height_error, 0.1e-3);
-    EXPECT_LE(found.line_deviation, 0.2e-3);
-    EXPECT_EQ(times->total, static_cast<std::int64_t>(joined_->size - 1) * settings_.tick);
-    EXPECT_EQ(times->contact, static_cast<std::int64_t>(joined_->contact_tick) * settings_.tick);
+    expect_within_limits(found, *times, *joined_);
+    expect_exact(found, *times, *joined_);
 
     // A push itself sets off, and ends, at rest on its line: what counts is from the disc tops to the disc tops.
     std::size_t high = first_->contact_tick;
