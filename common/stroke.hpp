@@ -25,21 +25,22 @@ struct StrokeRequest {
   Vector2 direction_W{1.0, 0.0};  ///< unit vector of travel
   double speed = 0.0;             ///< of the tip along direction_W: a hit's at contact, a push's while it runs, m/s
   double run_in = 0.0;            ///< hit: straight approach that ends in p_WS; the striker comes down before it, m
-  double length = 0.0;     ///< push: length of the straight line, m; a hit ignores it (its follow-through is as short as the arm can brake)
-  bool park_after = true;  ///< go to the park pose when the stroke is done, so that the camera sees the table
+  double length = 0.0;  ///< push: length of the straight line, m; a hit ignores it (its follow-through is as short as the arm can brake)
+  bool park_after =
+      true;  ///< go to the park pose when the stroke is done, so that the camera sees the table; not when another one follows it
 };
 
 /// Where a stroke is in its life. kRefused, kDone and kStopped are final.
 enum class StrokePhase : std::uint8_t {
-  kAccepted = 0,       ///< planned and checked; about to move
+  kAccepted = 0,       ///< about to move: planned and checked; or taken, and waits for the stroke before it (see text)
   kTransit = 1,        ///< moving over the discs to the start, including the descent
   kRunIn = 2,          ///< straight line; for a push, the push itself
   kFollowThrough = 3,  ///< braking after the contact point
   kRetreat = 4,        ///< lifting away
   kParking = 5,        ///< discs are free and the arm goes to the park pose
-  kDone = 6,
-  kRefused = 7,  ///< not planned: see RefusalReason; the arm did not move
-  kStopped = 8,  ///< begun but stopped on the way: see text
+  kDone = 6,           ///< the arm is at rest, or the next stroke took over in motion (see text)
+  kRefused = 7,        ///< not planned: see RefusalReason; the arm did not move
+  kStopped = 8,        ///< begun but stopped on the way: see text
 };
 
 constexpr bool is_final(StrokePhase phase) noexcept {
@@ -53,7 +54,7 @@ enum class RefusalReason : std::uint8_t {
   kTooFast = 3,      ///< beyond what the arm attains there; `attainable` says what it does, m/s
   kOutOfBounds = 4,  ///< the striker would leave the area it may work in, or touch the table
   kJointLimit = 5,   ///< a joint would leave its range, speed, acceleration or jerk on the way
-  kBusy = 6,         ///< another stroke runs
+  kBusy = 6,         ///< another stroke runs, and this one cannot follow it
   kNotReady = 7,     ///< no fresh joint state, or the arm is not at rest; with kRecover: what stands in the way is in the text
   kTooLong = 8,      ///< the trajectory does not fit the controller's fixed-size buffer
   kStopped = 9,      ///< the controller is stopped, and nothing but StrokeKind::kRecover ends that
@@ -66,8 +67,8 @@ struct StrokeStatus {
   RefusalReason reason = RefusalReason::kNone;
   double attainable = 0.0;  ///< with kTooFast: the speed that would have been accepted, m/s
   Time stamp{};
-  Duration planned_contact{};  ///< from the first motion to p_WS, as planned
-  Duration planned_total{};    ///< from the first motion to rest, as planned
+  Duration planned_contact{};  ///< from the start (first motion, or where it takes over from the stroke before) to p_WS, as planned
+  Duration planned_total{};    ///< from the start to rest, as planned
   /// Measured tip speed along direction_W with which the striker came to p_WS, before any disc slowed it, m/s; 0 before that, and when the joint
   /// states of those milliseconds are missing.
   double contact_speed = 0.0;

@@ -14,7 +14,7 @@ namespace breakshot::control::flight {
 namespace {
 
 constexpr std::string_view kMagic = "breakshot flight";
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 constexpr std::size_t kHeader = kMagic.size() + sizeof(std::uint32_t) + sizeof(std::uint64_t) + sizeof(std::uint32_t);
 
 std::uint32_t checksum(std::string_view bytes) {
@@ -61,6 +61,14 @@ void check(const FlightRecord& record, const ByteReader& code) {
   } else if (memory.motion_ == LoopMemory::Motion::kOnTrajectory || memory.motion_ == LoopMemory::Motion::kStoppingOnPath ||
              memory.motion_ == LoopMemory::Motion::kSettling || memory.motion_ == LoopMemory::Motion::kPaced) {
     code.refuse("a motion along a trajectory, and no trajectory");
+  }
+  if (memory.next_number_ != 0) {
+    const auto found = record.trajectories.find(memory.next_number_);
+    if (found == record.trajectories.end()) code.refuse(fmt::format("no trajectory {}, which is to follow", memory.next_number_));
+    if (found->second->size == 0 || found->second->joints != joints) code.refuse("a trajectory to follow that does not fit the arm");
+    if (memory.motion_ != LoopMemory::Motion::kOnTrajectory || memory.join_tick_ < std::max<std::int64_t>(memory.cursor_, 0)) {
+      code.refuse("a trajectory to follow where none can");
+    }
   }
   for (std::size_t i = 0; i < record.ticks.size(); ++i) {
     const TickRecord& tick = record.ticks[i];

@@ -49,6 +49,7 @@ void fields(Code& code, T& memory) {
   code(memory.state_, memory.past_states_);
   code.below(memory.motion_, LoopMemory::kMotions);
   code(memory.setpoint_, memory.path_stop_, memory.path_pace_, memory.unchecked_, memory.trajectory_number_, memory.cursor_);
+  code(memory.next_number_, memory.join_tick_);
   code.below(memory.phase_, kPhases);
   code(memory.contact_pending_, memory.contact_at_, memory.settle_until_, memory.give_way_target_, memory.gave_way_, memory.command_);
 }
@@ -56,7 +57,7 @@ void fields(Code& code, T& memory) {
 template <typename Code, Is<RequestRecord> T>
 void fields(Code& code, T& request) {
   code.below(request.kind, kRequestKinds);
-  code(request.trajectory_number);
+  code(request.trajectory_number, request.join.number, request.join.tick);
 }
 
 template <typename Code, Is<TickRecord> T>

@@ -58,7 +58,7 @@ ReplayResult replay(const FlightRecord& record, const std::function<void(const L
     const auto found = record.trajectories.find(number);
     return found == record.trajectories.end() ? nullptr : found->second.get();
   };
-  loop.restore(record.start.memory, trajectory(record.start.memory.trajectory_number_));
+  loop.restore(record.start.memory, trajectory(record.start.memory.trajectory_number_), trajectory(record.start.memory.next_number_));
 
   ReplayResult result;
   TickRecord replayed;
@@ -68,7 +68,7 @@ ReplayResult replay(const FlightRecord& record, const std::function<void(const L
   for (const TickRecord& recorded : record.ticks) {
     for (std::size_t i = 0; i < recorded.requests; ++i) {
       const RequestRecord& request = recorded.request[i];
-      channels->requests.push({request.kind, trajectory(request.trajectory_number), request.trajectory_number});
+      channels->requests.push({request.kind, trajectory(request.trajectory_number), request.trajectory_number, request.join});
     }
     loop.tick(recorded.came ? &recorded.state : nullptr, recorded.now);
     ++result.ticks;

@@ -29,14 +29,22 @@ namespace breakshot::control {
 /// What the planning side asks of the loop.
 struct LoopRequest {
   enum class Kind : std::uint8_t {
-    kStart = 0,             ///< run `trajectory`; the loop gives the buffer back through LoopChannels::returns, whatever comes of it
+    /// Run `trajectory`, from rest or, with a join, out of the running one; the loop gives the buffer back through LoopChannels::returns, whatever
+    /// comes of it.
+    kStart = 0,
     kStop = 1,              ///< controlled stop, then nothing until a recovery
     kRecover = 2,           ///< end a stop, if it may be; the set-point starts anew at the measured position
     kForeignCommander = 3,  ///< somebody else's commands were seen just now
   };
+  /// Where a trajectory takes over from the running one, without a rest between them.
+  struct Join {
+    std::uint64_t number = 0;  ///< trajectory_number of the one that runs before; 0: none, it starts from rest
+    std::uint64_t tick = 0;    ///< of that one, which is the first of the new one
+  };
   Kind kind = Kind::kStop;
   const motion::Trajectory* trajectory = nullptr;
   std::uint64_t trajectory_number = 0;  ///< counts the trajectories handed over, from 1: a buffer is used again, its number is not
+  Join join{};
 };
 
 /// What happened on the real-time thread. Fields that a kind does not name are zero.
@@ -44,7 +52,7 @@ struct LoopEvent {
   enum class Kind : std::uint8_t {
     kPhase = 0,         ///< the stroke entered `phase`
     kContact = 1,       ///< q, qd: at the contact point, before the impact (docs/controller.md)
-    kDone = 2,          ///< the stroke ended and the arm is at rest
+    kDone = 2,          ///< the stroke ended: the arm is at rest, or with `joined`, another stroke took over in motion
     kStopped = 3,       ///< the stroke was given up because of `causes`
     kNotStarted = 4,    ///< the trajectory was not taken: `refusal`, `causes`
     kRecovered = 5,     ///< a stop ended
@@ -57,7 +65,8 @@ struct LoopEvent {
     kBusy = 1,       ///< something moves
     kNotReady = 2,   ///< stopped, or no fresh state
     kBadBuffer = 3,  ///< empty, another number of joints, or another tick
-    kElsewhere = 4,  ///< does not begin at the set-point
+    kElsewhere = 4,  ///< does not begin at the set-point, or at the tick of its join
+    kMissed = 5,     ///< what it was to take over from is past the tick of the join, no longer at its own pace, or another one
   };
 
   Kind kind = Kind::kPhase;
@@ -65,6 +74,7 @@ struct LoopEvent {
   Refusal refusal = Refusal::kNone;
   safety::CauseSet causes{};
   std::uint64_t stroke_id = 0;
+  bool joined = false;  ///< with kDone
   Time time{};
   safety::JointArray q{};   ///< rad
   safety::JointArray qd{};  ///< rad/s
@@ -86,6 +96,8 @@ struct LoopStatus {
   bool moving = false;               ///< a motion or a stop is under way
   bool at_rest = false;              ///< commanded and measured
   std::uint64_t stroke_id = 0;       ///< of the trajectory that the loop holds; 0: none
+  std::uint64_t joinable = 0;        ///< number of the trajectory that runs at its own pace, so that another may take over from it; 0: none
+  std::int64_t cursor = -1;          ///< its tick that was sent last; -1: none yet
   std::uint64_t session = 0;         ///< of the drives
   safety::Setpoint setpoint;         ///< the last command
   safety::JointArray measured_q{};   ///< rad
@@ -99,7 +111,7 @@ struct LoopStatus {
 };
 
 /// The lock-free links between the loop and the planning side. Each has one writer and one reader. Sizes: far more than can be under way,
-/// because strokes go one at a time; whatever is dropped nevertheless is counted.
+/// because no more than two strokes are under way; whatever is dropped nevertheless is counted.
 struct LoopChannels {
   rt::SpscRing<LoopRequest, 16> requests;               ///< to the loop
   rt::SpscRing<LoopEvent, 256> events;                  ///< from the loop

@@ -21,6 +21,8 @@ constexpr int kWrongJointsTolerated = 20;
 constexpr Duration kForeignMemory = std::chrono::seconds{1};
 /// A trajectory begins where the set-point is, but for rounding and the first tick's motion, rad.
 constexpr double kStartTolerance = 1e-4;
+/// A join's two ends are the same state but for rounding: rad, rad/s, rad/s^2.
+constexpr double kJoinTolerance = 1e-6;
 
 JointArray to_array(const JointVector& vector) noexcept {
   JointArray array{};
@@ -33,9 +35,10 @@ JointArray to_array(const JointVector& vector) noexcept {
 ControlLoop::ControlLoop(const LoopConfig& config, LoopChannels& channels, FlightTap* flight) noexcept
     : LoopMemory{config}, config_{config}, channels_{channels}, flight_{flight} {}
 
-void ControlLoop::restore(const LoopMemory& memory, const Trajectory* trajectory) noexcept {
+void ControlLoop::restore(const LoopMemory& memory, const Trajectory* trajectory, const Trajectory* next) noexcept {
   static_cast<LoopMemory&>(*this) = memory;
   trajectory_ = trajectory;
+  next_trajectory_ = next;
   path_stop_.follow(trajectory);
   path_pace_.follow(trajectory);
 }
@@ -71,6 +74,7 @@ JointCommand ControlLoop::tick(const JointState* state, Time now) noexcept {
     setpoint_ = next;
     if (!unknown_drives_) make_command();
   }
+  drop_missed();
   publish_status();
   if (flight_ != nullptr) record_flight(state);
   return command_;
@@ -129,14 +133,13 @@ void ControlLoop::take_requests() noexcept {
   recovery_asked_ = false;
   LoopRequest request;
   while (record_.requests < kRequestsPerTick && channels_.requests.pop(request)) {
-    record_.request[record_.requests++] = {request.kind, request.trajectory_number};
+    record_.request[record_.requests++] = {request.kind, request.trajectory_number, request.join};
     switch (request.kind) {
       case LoopRequest::Kind::kStart:
-        if (offered_ != nullptr) {
+        if (offered_.trajectory != nullptr) {
           refuse(request.trajectory, LoopEvent::Refusal::kBusy);
         } else {
-          offered_ = request.trajectory;
-          offered_number_ = request.trajectory_number;
+          offered_ = request;
         }
         break;
       case LoopRequest::Kind::kStop: present_.add(Cause::kStopRequested); break;
@@ -213,24 +216,54 @@ void ControlLoop::recover() noexcept {
 }
 
 void ControlLoop::start_trajectory() noexcept {
-  if (offered_ == nullptr) return;
+  if (offered_.trajectory == nullptr) return;
+  if (offered_.join.number != 0) return hold_next();
   using Refusal = LoopEvent::Refusal;
-  const Trajectory& offer = *offered_;
-  if (moving()) return refuse(offered_, Refusal::kBusy);
-  if (fail_safe_.action() != Action::kRun || motion_ != Motion::kHolding || !obeyed()) return refuse(offered_, Refusal::kNotReady);
-  if (offer.size == 0 || offer.size > Trajectory::kCapacity || offer.joints != config_.limits.joints || offer.tick != config_.period) {
-    return refuse(offered_, Refusal::kBadBuffer);
-  }
+  const Trajectory& offer = *offered_.trajectory;
+  if (moving()) return refuse(offered_.trajectory, Refusal::kBusy);
+  if (fail_safe_.action() != Action::kRun || motion_ != Motion::kHolding || !obeyed())
+    return refuse(offered_.trajectory, Refusal::kNotReady);
+  if (!fits(offer)) return refuse(offered_.trajectory, Refusal::kBadBuffer);
   for (std::size_t j = 0; j < static_cast<std::size_t>(config_.limits.joints); ++j) {
     // Written so that NaN is refused.
-    if (!(std::abs(offer.points[0].q[j] - setpoint_.q[j]) <= kStartTolerance)) return refuse(offered_, Refusal::kElsewhere);
+    if (!(std::abs(offer.points[0].q[j] - setpoint_.q[j]) <= kStartTolerance)) return refuse(offered_.trajectory, Refusal::kElsewhere);
   }
-  trajectory_ = std::exchange(offered_, nullptr);
-  trajectory_number_ = offered_number_;
+  trajectory_ = std::exchange(offered_.trajectory, nullptr);
+  trajectory_number_ = offered_.trajectory_number;
   cursor_ = -1;
   phase_ = StrokePhase::kAccepted;
   contact_pending_ = false;
   motion_ = Motion::kOnTrajectory;
+}
+
+void ControlLoop::hold_next() noexcept {
+  const LoopEvent::Refusal why = judge_join();
+  if (why != LoopEvent::Refusal::kNone) return refuse(offered_.trajectory, why);
+  next_trajectory_ = std::exchange(offered_.trajectory, nullptr);
+  next_number_ = offered_.trajectory_number;
+  join_tick_ = static_cast<std::int64_t>(offered_.join.tick);
+}
+
+LoopEvent::Refusal ControlLoop::judge_join() const noexcept {
+  using Refusal = LoopEvent::Refusal;
+  const Trajectory& offer = *offered_.trajectory;
+  if (next_trajectory_ != nullptr) return Refusal::kBusy;
+  if (fail_safe_.action() > Action::kHold) return Refusal::kNotReady;
+  const auto [number, tick] = offered_.join;
+  if (joinable() != number || tick >= trajectory_->size || cursor_ > static_cast<std::int64_t>(tick)) return Refusal::kMissed;
+  if (!fits(offer)) return Refusal::kBadBuffer;
+  const motion::TrajectoryPoint& from = trajectory_->points[tick];
+  const motion::TrajectoryPoint& to = offer.points[0];
+  for (std::size_t j = 0; j < static_cast<std::size_t>(config_.limits.joints); ++j) {
+    const bool same = std::abs(to.q[j] - from.q[j]) <= kJoinTolerance && std::abs(to.qd[j] - from.qd[j]) <= kJoinTolerance &&
+                      std::abs(to.qdd[j] - from.qdd[j]) <= kJoinTolerance;
+    if (!same) return Refusal::kElsewhere;
+  }
+  return Refusal::kNone;
+}
+
+bool ControlLoop::fits(const Trajectory& offer) const noexcept {
+  return offer.size > 0 && offer.size <= Trajectory::kCapacity && offer.joints == config_.limits.joints && offer.tick == config_.period;
 }
 
 void ControlLoop::make_command() noexcept {
@@ -260,6 +293,8 @@ void ControlLoop::publish_status() noexcept {
   status.at_rest = !moving() && status.fresh && measured_at_rest();
   status.in_the_way = fail_safe_.in_the_way();
   status.stroke_id = trajectory_ != nullptr ? trajectory_->stroke_id : 0;
+  status.joinable = joinable();
+  status.cursor = cursor_;
   status.session = state_.session;
   status.setpoint = setpoint_;
   status.measured_q = to_array(state_.q);
@@ -290,7 +325,8 @@ void ControlLoop::give_up_stroke() noexcept {
 
 void ControlLoop::give_back(const Trajectory*& trajectory) noexcept {
   channels_.returns.push(trajectory);
-  if (trajectory == trajectory_) trajectory_number_ = 0;
+  if (&trajectory == &trajectory_) trajectory_number_ = 0;
+  if (&trajectory == &next_trajectory_) next_number_ = 0;
   trajectory = nullptr;
 }
 

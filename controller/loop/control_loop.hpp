@@ -18,9 +18,9 @@ namespace breakshot::control {
 /// Every result follows from the arguments and the requests taken from the channels, so a recorded run can be played back bit for bit. Where
 /// the set-point goes on:
 ///   released --(fresh state)--> braking --> holding --(start)--> on trajectory --> settling --> holding
-/// with a stop on the path or a brake out of every moving state, as safety::FailSafe decides. In a stop the set-point gives way, once, to
-/// an arm that is held elsewhere, and the stop does not end before the two agree: resuming moves nothing. Time, not the count of calls, moves a
-/// trajectory: when periods were skipped, the set-point is where it would have been.
+/// with a next trajectory taking over from the running one at a tick at which both are in the same motion, and with a stop on the path or a brake
+/// out of every moving state, as safety::FailSafe decides. In a stop the set-point gives way, once, to an arm that is held elsewhere, and the
+/// stop does not end before the two agree: resuming moves nothing. Time, not the count of calls, moves a trajectory: when periods were skipped, the set-point is where it would have been.
 class ControlLoop : private LoopMemory {
  public:
   /// @param channels  outlives the loop; this side of them is the loop's alone
@@ -38,7 +38,8 @@ class ControlLoop : private LoopMemory {
   /// Goes on where the loop that this memory is of stood before a tick. Not for the real-time thread.
   ///
   /// @param trajectory  the one that LoopMemory::trajectory_number_ names; null when that is 0
-  void restore(const LoopMemory& memory, const motion::Trajectory* trajectory) noexcept;
+  /// @param next        the same for next_number_
+  void restore(const LoopMemory& memory, const motion::Trajectory* trajectory, const motion::Trajectory* next) noexcept;
 
  private:
   /// Whole periods since the last tick; 0 when time stands still, the drives' time-out when it ran backwards.
@@ -50,6 +51,11 @@ class ControlLoop : private LoopMemory {
   void apply_safety() noexcept;
   void recover() noexcept;
   void start_trajectory() noexcept;
+  /// Keeps what was offered until the running trajectory comes to the join.
+  void hold_next() noexcept;
+  /// Why what was offered cannot take over at its join; kNone: it can.
+  LoopEvent::Refusal judge_join() const noexcept;
+  bool fits(const motion::Trajectory& offer) const noexcept;
   /// Takes up the stop that the safety machine asks for.
   void change_motion() noexcept;
   /// Starts a set-point where the arm is measured to be, if that is known.
@@ -57,6 +63,10 @@ class ControlLoop : private LoopMemory {
   safety::Setpoint next_setpoint(std::int64_t periods) noexcept;
   safety::Setpoint advance_trajectory(std::int64_t periods) noexcept;
   safety::Setpoint advance_paced(std::int64_t periods) noexcept;
+  /// The next trajectory takes over.
+  void join() noexcept;
+  /// A next trajectory whose predecessor is no longer on its way at its own pace cannot take over any more.
+  void drop_missed() noexcept;
   void enter(StrokePhase phase) noexcept;
   void begin_to_settle() noexcept;
   /// Puts a brake in the place of a set-point that breaks a limit.
@@ -76,6 +86,8 @@ class ControlLoop : private LoopMemory {
   void release() noexcept;
   void refuse(const motion::Trajectory*& trajectory, LoopEvent::Refusal why) noexcept;
   void post(LoopEvent event) noexcept;
+  /// The running trajectory's number, if another one may take over from it; else 0.
+  std::uint64_t joinable() const noexcept { return motion_ == Motion::kOnTrajectory ? trajectory_number_ : 0; }
   bool moving() const noexcept { return motion_ != Motion::kHolding && motion_ != Motion::kReleased; }
   bool measured_at_rest() const noexcept;
   /// Largest distance of a joint from the set-point, rad.
@@ -88,11 +100,10 @@ class ControlLoop : private LoopMemory {
   FlightTap* flight_;
 
   // What holds for one tick only; everything that a tick leaves to the next is in LoopMemory.
-  safety::CauseSet present_;                     ///< conditions found
-  bool fresh_ = false;                           ///< a good state came
-  bool unknown_drives_ = false;                  ///< the state is of a session that is not confirmed: say nothing to whoever that is
-  const motion::Trajectory* offered_ = nullptr;  ///< asked to be started
-  std::uint64_t offered_number_ = 0;
+  safety::CauseSet present_;     ///< conditions found
+  bool fresh_ = false;           ///< a good state came
+  bool unknown_drives_ = false;  ///< the state is of a session that is not confirmed: say nothing to whoever that is
+  LoopRequest offered_;          ///< asked to be started; without a trajectory: nothing was
   bool recovery_asked_ = false;
   TickRecord record_;
 };

@@ -104,10 +104,16 @@ Setpoint ControlLoop::next_setpoint(std::int64_t periods) noexcept {
 }
 
 Setpoint ControlLoop::advance_trajectory(std::int64_t periods) noexcept {
+  std::int64_t before = cursor_;
+  std::int64_t now = before < 0 ? 0 : before + periods;
+  if (next_trajectory_ != nullptr && now >= join_tick_) {
+    join();
+    before -= join_tick_;
+    now -= join_tick_;
+  }
   const auto last = static_cast<std::int64_t>(trajectory_->size) - 1;
   const auto contact = static_cast<std::int64_t>(trajectory_->contact_tick);
-  const std::int64_t before = cursor_;
-  cursor_ = before < 0 ? 0 : std::min(before + periods, last);
+  cursor_ = std::min(now, last);
   const TrajectoryPoint& point = trajectory_->points[static_cast<std::size_t>(cursor_)];
 
   if (before < contact && contact <= cursor_) {
@@ -141,6 +147,21 @@ Setpoint ControlLoop::advance_paced(std::int64_t periods) noexcept {
     begin_to_settle();
   }
   return to_setpoint(point);
+}
+
+void ControlLoop::join() noexcept {
+  post({.kind = LoopEvent::Kind::kDone, .joined = true});
+  give_back(trajectory_);
+  contact_pending_ = false;
+  trajectory_ = std::exchange(next_trajectory_, nullptr);
+  trajectory_number_ = std::exchange(next_number_, 0);
+  phase_ = StrokePhase::kAccepted;
+}
+
+void ControlLoop::drop_missed() noexcept {
+  using Refusal = LoopEvent::Refusal;
+  if (next_trajectory_ == nullptr || joinable() != 0) return;
+  refuse(next_trajectory_, fail_safe_.action() > Action::kHold ? Refusal::kNotReady : Refusal::kMissed);
 }
 
 void ControlLoop::enter(StrokePhase phase) noexcept {

@@ -12,6 +12,7 @@ const char* to_string(LoopEvent::Refusal refusal) noexcept {
     case Refusal::kNotReady: return "the controller is stopped or has no fresh joint state";
     case Refusal::kBadBuffer: return "the trajectory does not fit the loop";
     case Refusal::kElsewhere: return "the trajectory does not begin where the arm is";
+    case Refusal::kMissed: return "the stroke that it was to take over from is past that place, slowed down or stopped";
   }
   return "invalid";
 }
@@ -33,7 +34,7 @@ std::string describe(const LoopEvent& event) {
   switch (event.kind) {
     case Kind::kPhase: return to_string(event.phase);
     case Kind::kContact: return "passed the contact point";
-    case Kind::kDone: return "done";
+    case Kind::kDone: return event.joined ? "done; the next stroke takes over in motion" : "done";
     case Kind::kStopped: return "stopped: " + describe(event.causes);
     case Kind::kNotStarted: {
       const std::string why = to_string(event.refusal);

@@ -19,6 +19,7 @@ inline constexpr std::size_t kRequestsPerTick = 4;
 struct RequestRecord {
   LoopRequest::Kind kind = LoopRequest::Kind::kStop;
   std::uint64_t trajectory_number = 0;
+  LoopRequest::Join join{};
 };
 
 /// What one tick took and gave.

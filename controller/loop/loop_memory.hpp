@@ -65,8 +65,11 @@ struct LoopMemory {
   bool unchecked_ = false;  ///< the set-point was anchored: the next one has no predecessor to be held against
 
   const motion::Trajectory* trajectory_ = nullptr;
-  std::uint64_t trajectory_number_ = 0;  ///< LoopRequest::trajectory_number of `trajectory_`; 0: none
-  std::int64_t cursor_ = -1;             ///< index of the last set-point sent; -1: none yet
+  std::uint64_t trajectory_number_ = 0;                  ///< LoopRequest::trajectory_number of `trajectory_`; 0: none
+  std::int64_t cursor_ = -1;                             ///< index of the last set-point sent; -1: none yet
+  const motion::Trajectory* next_trajectory_ = nullptr;  ///< takes over from `trajectory_`, which is on its way at its own pace
+  std::uint64_t next_number_ = 0;                        ///< of it; 0: none
+  std::int64_t join_tick_ = 0;                           ///< of `trajectory_`: there it takes over
   StrokePhase phase_ = StrokePhase::kAccepted;
   bool contact_pending_ = false;
   Time contact_at_{};  ///< when the arm is to pass the contact point

@@ -1,6 +1,7 @@
 #include "controller/loop/stroke_executor.hpp"
 
 #include "controller/loop/event_text.hpp"
+#include "controller/motion/join.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -12,8 +13,15 @@ using safety::Action;
 
 namespace {
 
-/// One runs, one may be on its way back.
-constexpr std::size_t kBuffers = 2;
+/// One runs, one is to follow it, one may be on its way back.
+constexpr std::size_t kBuffers = 3;
+/// What planning and the way to the loop usually take at the most: planning some ms, a poll, a busy machine. Doubled when it was not enough.
+constexpr Duration kPlanAhead = std::chrono::milliseconds{100};
+/// A join from which there is no way: the next try is so much later, and so many are made.
+constexpr std::size_t kJoinStep = 20;
+constexpr int kJoinAttempts = 5;
+/// A join so near to the running trajectory's end saves nothing, ticks.
+constexpr std::size_t kLastJoin = 50;
 /// How long a request waits for the loop to recover and for the arm to rest: a stop takes up to 0.3 s, giving way some tenths more.
 constexpr Duration kMaxWait = std::chrono::seconds{2};
 /// Resends come within seconds; a planner that restarts counts its ids from the start again and must not be taken for one.
@@ -25,6 +33,8 @@ bool same(const StrokeRequest& a, const StrokeRequest& b) noexcept {
   return a.id == b.id && a.kind == b.kind && a.p_WS == b.p_WS && a.direction_W == b.direction_W && a.speed == b.speed &&
          a.run_in == b.run_in && a.length == b.length && a.park_after == b.park_after;
 }
+
+bool strikes(StrokeKind kind) noexcept { return kind == StrokeKind::kHit || kind == StrokeKind::kPush; }
 
 }  // namespace
 
@@ -40,9 +50,18 @@ void StrokeExecutor::submit(const StrokeRequest& request, Time now) {
   start_up();
   if (repeats(request, now)) return;
   if (!closed_.empty()) return refuse(request, RefusalReason::kNotReady, closed_, now);
-  if (stage_ == Stage::kIdle) return begin(request, now);
+  if (stage_ == Stage::kIdle && !following_) return begin(request, now);
+  // An id of 0 is that of no stroke in what the loop tells.
+  const bool known_apart = request.id != status_.id && request.id != 0;
+  if (strikes(request.kind) && strikes(request_.kind) && stage_ != Stage::kIdle && !following_ && !next_ && known_apart) {
+    following_.emplace(request);
+    following_->plan_ahead = kPlanAhead;
+    return wait_in_line(now);
+  }
   if (request.kind != StrokeKind::kPark) {
-    return refuse(request, RefusalReason::kBusy, "stroke " + std::to_string(status_.id) + " is under way; wait for its final status", now);
+    const std::string after = following_ ? " and stroke " + std::to_string(following_->status.id) + " is to follow" : "";
+    return refuse(request, RefusalReason::kBusy,
+                  "stroke " + std::to_string(status_.id) + " is under way" + after + "; wait for its final status", now);
   }
   if (next_) refuse(*next_, RefusalReason::kBusy, "another park request came after it", now);
   next_ = request;
@@ -50,6 +69,8 @@ void StrokeExecutor::submit(const StrokeRequest& request, Time now) {
 }
 
 void StrokeExecutor::cancel(const std::string& why, Time now) {
+  // What the loop has, it gives back or has begun already: its events will say.
+  if (following_ && following_->trajectory == nullptr) refuse_following(RefusalReason::kStopped, why, now);
   if (stage_ == Stage::kWaiting) finish(StrokePhase::kRefused, RefusalReason::kNotReady, why, now);
   channels_.requests.push({.kind = LoopRequest::Kind::kStop});
 }
@@ -74,7 +95,8 @@ void StrokeExecutor::poll(Time now) {
   // After the events: the status is never older than what they tell.
   loop_ = channels_.status.latest();
   start_up();
-  if (stage_ == Stage::kIdle && next_) begin(*std::exchange(next_, std::nullopt), now);
+  carry_on(now);
+  if (stage_ == Stage::kIdle && next_ && !following_) begin(*std::exchange(next_, std::nullopt), now);
   if (stage_ == Stage::kWaiting) request_.kind == StrokeKind::kRecover ? wait_for_recovery(now) : wait_or_plan(now);
 }
 
@@ -147,22 +169,98 @@ void StrokeExecutor::plan(Time now) {
     status_.attainable = times.error().attainable;
     return finish(StrokePhase::kRefused, times.error().reason, times.error().text, now);
   }
-  buffer->stroke_id = request_.id;
-  free_.pop_back();
-  status_.phase = StrokePhase::kAccepted;
-  status_.planned_contact = times->contact;
-  status_.planned_total = times->total;
-  status_.stamp = now;
-  if (times->singularity_margin > 0.0) status_.text = "singularity margin " + std::to_string(times->singularity_margin) + " m/rad";
   stage_ = Stage::kHanded;
+  running_ = buffer;
+  running_number_ = handed_ + 1;
+  hand_over(status_, *times, {}, now);
   send(status_);
+}
+
+void StrokeExecutor::hand_over(StrokeStatus& status, const motion::StrokeTimes& times, LoopRequest::Join join, Time now) {
+  Trajectory* const buffer = free_.back();
+  free_.pop_back();
+  status.phase = StrokePhase::kAccepted;
+  status.planned_contact = times.contact;
+  status.planned_total = times.total;
+  status.stamp = now;
+  if (times.singularity_margin > 0.0) status.text = "singularity margin " + std::to_string(times.singularity_margin) + " m/rad";
   ++handed_;
   if (trajectory_observer_) trajectory_observer_(handed_, *buffer);
-  channels_.requests.push({.kind = LoopRequest::Kind::kStart, .trajectory = buffer, .trajectory_number = handed_});
+  channels_.requests.push({.kind = LoopRequest::Kind::kStart, .trajectory = buffer, .trajectory_number = handed_, .join = join});
+}
+
+void StrokeExecutor::wait_in_line(Time now) {
+  following_->status = {};
+  following_->status.id = following_->request.id;
+  following_->status.stamp = now;
+  following_->status.text = "waits for stroke " + std::to_string(status_.id);
+  following_->told = false;
+}
+
+void StrokeExecutor::carry_on(Time now) {
+  if (!following_ || following_->trajectory != nullptr) return;
+  if (next_) return refuse_following(RefusalReason::kStopped, "a park request came", now);
+  if (stage_ == Stage::kIdle) {
+    const StrokeRequest request = following_->request;
+    following_.reset();
+    return begin(request, now);
+  }
+  if (stop_bars(following_->request)) return refuse_following(RefusalReason::kStopped, why_not_ready(), now);
+  if (stage_ == Stage::kHanded) plan_join(now);
+  if (!following_ || std::exchange(following_->told, true)) return;
+  outbox_.push_back(following_->status);  // not newest_: that is the stroke under way
+}
+
+void StrokeExecutor::plan_join(Time now) {
+  Following& next = *following_;
+  // Slowed down, not yet begun, or over: it will be, or there will be a rest to start from.
+  if (loop_.joinable != running_number_ || next.attempts >= kJoinAttempts || free_.empty()) return;
+  const auto ahead = static_cast<std::size_t>(std::max<std::int64_t>(loop_.cursor, 0) + next.plan_ahead / running_->tick);
+  const auto join = find_join(std::max(ahead, next.not_before));
+  if (!join) return;
+  Trajectory* const buffer = free_.back();
+  const auto times = planner_.plan(next.request, motion::state_at(*running_, *join), *buffer);
+  if (!times) {
+    // From wherever it starts: what is asked is wrong, or out of reach.
+    if (times.error().reason != RefusalReason::kJointLimit) return refuse_following(times.error().reason, times.error().text, now);
+    ++next.attempts;
+    next.not_before = *join + kJoinStep;
+    return;
+  }
+  next.trajectory = buffer;
+  next.number = handed_ + 1;
+  next.told = false;
+  hand_over(next.status, *times, {running_number_, *join}, now);
+}
+
+std::optional<std::size_t> StrokeExecutor::find_join(std::size_t earliest) const noexcept {
+  const std::size_t tick = std::max(earliest, motion::first_join(*running_));
+  if (tick + kLastJoin >= running_->size) return std::nullopt;
+  return tick;
+}
+
+void StrokeExecutor::take_over() {
+  request_ = following_->request;
+  status_ = std::move(following_->status);
+  newest_ = status_;
+  running_ = following_->trajectory;
+  running_number_ = following_->number;
+  following_.reset();
+  stage_ = Stage::kHanded;
+  details_.clear();
+}
+
+void StrokeExecutor::handle_following(const LoopEvent& event) {
+  if (event.kind != LoopEvent::Kind::kNotStarted) return;
+  // The place was passed before the loop had it: plan for one further on. Or the arm was slowed down or stopped, which carry_on() sees.
+  following_->trajectory = nullptr;
+  following_->plan_ahead *= 2;
+  wait_in_line(event.time);
 }
 
 void StrokeExecutor::handle(const LoopEvent& event) {
   using Kind = LoopEvent::Kind;
+  if (following_ && following_->trajectory != nullptr && event.stroke_id == following_->status.id) return handle_following(event);
   if (event.kind == Kind::kSafety && (event.violation || event.following.joint >= 0)) details_ = describe(event);
   // Asked again until the wait ends: it could not, or something stopped the arm anew.
   if (event.kind == Kind::kNotRecovered || event.kind == Kind::kRecovered) recovery_sent_ = false;
@@ -181,7 +279,11 @@ void StrokeExecutor::handle(const LoopEvent& event) {
       status_.stamp = event.time;
       return send(status_);
     }
-    case Kind::kDone: return finish(StrokePhase::kDone, RefusalReason::kNone, {}, event.time);
+    case Kind::kDone:
+      if (!event.joined) return finish(StrokePhase::kDone, RefusalReason::kNone, {}, event.time);
+      finish(StrokePhase::kDone, RefusalReason::kNone, "went on to stroke " + std::to_string(following_->status.id) + " without a rest",
+             event.time);
+      return take_over();
     case Kind::kStopped:
       return finish(StrokePhase::kStopped, RefusalReason::kNone, details_.empty() ? describe(event.causes) : details_, event.time);
     case Kind::kNotStarted:
@@ -198,6 +300,10 @@ bool StrokeExecutor::repeats(const StrokeRequest& request, Time now) {
   if (stage_ != Stage::kIdle && same(request, request_)) {
     // While it waits there is nothing to tell yet; its first status will be the answer to both.
     if (stage_ == Stage::kHanded) send(status_);
+    return true;
+  }
+  if (following_ && same(request, following_->request)) {
+    if (following_->told) outbox_.push_back(following_->status);
     return true;
   }
   if (next_ && same(request, *next_)) return true;
@@ -218,6 +324,11 @@ void StrokeExecutor::refuse(const StrokeRequest& request, RefusalReason reason, 
   outbox_.push_back(status);  // not newest_: the stroke under way is what the periodic status tells of
 }
 
+void StrokeExecutor::refuse_following(RefusalReason reason, const std::string& text, Time now) {
+  refuse(following_->request, reason, text, now);
+  following_.reset();
+}
+
 void StrokeExecutor::send(StrokeStatus status) {
   newest_ = status;
   outbox_.push_back(std::move(status));
@@ -232,6 +343,7 @@ void StrokeExecutor::finish(StrokePhase phase, RefusalReason reason, const std::
   remembered_.push_back({request_, status_, now});
   if (remembered_.size() > kRememberMost) remembered_.pop_front();
   send(status_);
+  if (phase == StrokePhase::kStopped && following_) refuse_following(RefusalReason::kStopped, status_.text, now);
 }
 
 std::string StrokeExecutor::why_not_ready() const {

@@ -16,8 +16,9 @@ namespace breakshot::control {
 
 /// The planning side of the controller: turns stroke requests into trajectories for the loop, and what the loop tells into stroke status.
 ///
-/// One stroke at a time. It has no thread and no clock of its own: its owner calls submit(), cancel() and poll() from one thread and takes the
-/// status values out. It owns the trajectory buffers, allocated once.
+/// One stroke runs at a time, and one more may be known already: then the arm goes over into it without a rest. It has no thread and no clock
+/// of its own: its owner calls submit(), cancel() and poll() from one thread and takes the status values out. It
+/// owns the trajectory buffers, allocated once.
 class StrokeExecutor {
  public:
   /// @param planner   plans from any set-point; used by this object alone as long as it lives
@@ -27,7 +28,11 @@ class StrokeExecutor {
   /// A request has come. Every request gets at least one status, sooner or later a final one.
   ///
   /// - The same request again (same id and content) as the present or a recent one: its last status once more, and nothing else.
-  /// - While another stroke is under way: kBusy; but a park request stops that stroke on its path and then parks.
+  /// - A hit or a push while another one is under way follows it without a rest in between: it takes over where that one has left the discs, which
+  ///   ends that one as kDone without its way to the park pose or to rest. When that cannot be any more, it starts from rest. When the one before
+  ///   it is stopped, it is refused as kStopped.
+  /// - Any further one, another one with the same id, and a recovery: kBusy, as is everything while a park or a recovery is under way; but a park
+  ///   request stops the stroke on its path and then parks.
   /// - Without fresh joint states: kNotReady.
   /// - After a stop: kStopped, until a StrokeKind::kRecover was done. Only a stop that a park request brought about ends with that request: it
   ///   is the same commander's wish.
@@ -35,7 +40,7 @@ class StrokeExecutor {
   ///   With nothing stopped it is done at once.
   void submit(const StrokeRequest& request, Time now);
 
-  /// Stops whatever moves, on its path. The stroke under way ends as kStopped, or kRefused when it has not begun.
+  /// Stops whatever moves, on its path. The stroke under way ends as kStopped, or kRefused when it has not begun; the one after it as kRefused.
   void cancel(const std::string& why, Time now);
 
   /// cancel(), and from now on every request is refused.
@@ -56,7 +61,10 @@ class StrokeExecutor {
   /// Status of the newest stroke, for the periodic repetition.
   const std::optional<StrokeStatus>& newest() const noexcept { return newest_; }
 
-  bool idle() const noexcept { return stage_ == Stage::kIdle; }
+  /// Status of the stroke after it, for the same; null: none is to follow.
+  const StrokeStatus* following() const noexcept { return following_ && following_->told ? &following_->status : nullptr; }
+
+  bool idle() const noexcept { return stage_ == Stage::kIdle && !following_; }
   /// Of the loop, as of the last poll() or submit().
   const LoopStatus& loop() const noexcept { return loop_; }
   /// Called from poll() with every event of the loop, for the log.
@@ -71,6 +79,19 @@ class StrokeExecutor {
     kIdle,
     kWaiting,  ///< for the loop to be ready for planning, or to recover
     kHanded,   ///< the loop has the trajectory
+  };
+  /// The stroke after the one under way.
+  struct Following {
+    explicit Following(const StrokeRequest& asked) : request{asked} {}
+
+    StrokeRequest request;
+    StrokeStatus status;
+    bool told = false;                               ///< the status was sent
+    const motion::Trajectory* trajectory = nullptr;  ///< that the loop has; null: it has none
+    std::uint64_t number = 0;                        ///< of it, LoopRequest::trajectory_number
+    Duration plan_ahead{};                           ///< planning and the way to the loop may take so long
+    std::size_t not_before = 0;                      ///< tick of the running trajectory: earlier joins were tried in vain
+    int attempts = 0;                                ///< to find a way from a join
   };
   struct Remembered {
     StrokeRequest request;
@@ -88,6 +109,19 @@ class StrokeExecutor {
   void ask_to_recover();
   void start_up();
   void plan(Time now);
+  /// Plans the following stroke into the running one, once that is possible; or begins it when there is nothing under way any more.
+  void carry_on(Time now);
+  /// The following stroke has no plan.
+  void wait_in_line(Time now);
+  void plan_join(Time now);
+  /// Tick of the running trajectory, from `earliest` on, from which another one may take over: the discs are free and the arm moves.
+  std::optional<std::size_t> find_join(std::size_t earliest) const noexcept;
+  /// Fills in what a plan gave, and hands the trajectory to the loop.
+  void hand_over(StrokeStatus& status, const motion::StrokeTimes& times, LoopRequest::Join join, Time now);
+  /// The following stroke has become the one under way.
+  void take_over();
+  void refuse_following(RefusalReason reason, const std::string& text, Time now);
+  void handle_following(const LoopEvent& event);
   void refuse(const StrokeRequest& request, RefusalReason reason, const std::string& text, Time now);
   void send(StrokeStatus status);
   void finish(StrokePhase phase, RefusalReason reason, const std::string& text, Time now);
@@ -105,8 +139,11 @@ class StrokeExecutor {
   std::uint64_t handed_ = 0;  ///< trajectories given to the loop so far
 
   Stage stage_ = Stage::kIdle;
-  StrokeRequest request_;              ///< of the stroke under way
-  StrokeStatus status_;                ///< of the stroke under way
+  StrokeRequest request_;                        ///< of the stroke under way
+  StrokeStatus status_;                          ///< of the stroke under way
+  const motion::Trajectory* running_ = nullptr;  ///< of the stroke under way, when the loop has it
+  std::uint64_t running_number_ = 0;             ///< of it, LoopRequest::trajectory_number
+  std::optional<Following> following_;
   std::optional<StrokeRequest> next_;  ///< a park request that waits for the stroke under way to stop
   std::string closed_;                 ///< why every request is refused; empty: it is not
   Time wait_until_{};

@@ -45,6 +45,7 @@ struct MotionState {
   JointVector q, qd, qdd;
 
   static MotionState at_rest(const JointVector& q) { return {q, JointVector::Zero(q.size()), JointVector::Zero(q.size())}; }
+  bool rests() const noexcept { return qd.isZero(0.0) && qdd.isZero(0.0); }
 };
 
 /// What dips and transits are measured against.

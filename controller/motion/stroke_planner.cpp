@@ -60,9 +60,11 @@ StrokePlanner::StrokePlanner(const ArmDescription& arm, const Pose& X_WB, const 
   }
 }
 
-std::optional<Refusal> StrokePlanner::validate(const StrokeRequest& request, const JointVector& q_start) const {
-  if (q_start.size() != kinematics_.joints() || !q_start.allFinite()) return bad("start: joint positions missing or not finite");
-  if (!kinematics_.within_limits(q_start, 1e-3)) return Refusal{RefusalReason::kJointLimit, 0.0, "start: a joint is outside of its range"};
+std::optional<Refusal> StrokePlanner::validate(const StrokeRequest& request, const MotionState& start) const {
+  for (const JointVector* part : {&start.q, &start.qd, &start.qdd}) {
+    if (part->size() != kinematics_.joints() || !part->allFinite()) return bad("start: joint positions missing or not finite");
+  }
+  if (!kinematics_.within_limits(start.q, 1e-3)) return Refusal{RefusalReason::kJointLimit, 0.0, "start: a joint is outside of its range"};
   if (request.kind == StrokeKind::kPark) return std::nullopt;
   if (request.kind != StrokeKind::kHit && request.kind != StrokeKind::kPush) {
     return bad(text("kind: found %d; allowed hit, push, park", static_cast<int>(request.kind)));
@@ -91,32 +93,36 @@ std::optional<Refusal> StrokePlanner::validate(const StrokeRequest& request, con
   return std::nullopt;
 }
 
-Result<StrokeTimes, Refusal> StrokePlanner::plan(const StrokeRequest& asked, const JointVector& q_start, Trajectory& out) {
-  if (auto refusal = validate(asked, q_start)) return *std::move(refusal);
+Result<StrokeTimes, Refusal> StrokePlanner::plan(const StrokeRequest& asked, const MotionState& start, Trajectory& out) {
+  if (auto refusal = validate(asked, start)) return *std::move(refusal);
   StrokeRequest request = asked;
   if (request.kind != StrokeKind::kPark) request.direction_W.normalize();
   // The quickest way, else any: the one may fail the check of every tick where the other stands it.
   for (const bool first_found : {false, true}) {
-    if (const auto times = try_plan(request, q_start, first_found, out)) return *times;
+    if (const auto times = try_plan(request, start, first_found, out)) return *times;
   }
-  return refuse(request, q_start, search_.stage(), out);
+  if (!start.rests() && search_.stage() != SearchStage::kReach) {
+    return Refusal{RefusalReason::kJointLimit, 0.0, "no way from this motion within the joints' limits"};
+  }
+  return refuse(request, start, search_.stage(), out);
 }
 
 Result<StrokeTimes, Refusal> StrokePlanner::estimate(const StrokeRequest& asked, const JointVector& q_start) {
-  if (auto refusal = validate(asked, q_start)) return *std::move(refusal);
+  const MotionState start = MotionState::at_rest(q_start);
+  if (auto refusal = validate(asked, start)) return *std::move(refusal);
   StrokeRequest request = asked;
   if (request.kind != StrokeKind::kPark) request.direction_W.normalize();
-  if (const auto way = search_.find(request, q_start, kDipShares[0], false)) return times_of(request, *way);
+  if (const auto way = search_.find(request, start, kDipShares[0], false)) return times_of(request, *way);
   const bool reached = search_.stage() != SearchStage::kReach;
   return Refusal{reached ? RefusalReason::kTooFast : RefusalReason::kUnreachable, 0.0, "no way found within the limits"};
 }
 
-std::optional<StrokeTimes> StrokePlanner::try_plan(const StrokeRequest& request, const JointVector& q_start, bool first_found,
+std::optional<StrokeTimes> StrokePlanner::try_plan(const StrokeRequest& request, const MotionState& start, bool first_found,
                                                    Trajectory& out) {
   for (const double share : kDipShares) {
-    const auto way = search_.find(request, q_start, share, first_found);
+    const auto way = search_.find(request, start, share, first_found);
     if (!way) return std::nullopt;
-    if (!assemble(request, *way, q_start, out)) {
+    if (!assemble(request, *way, start, out)) {
       if (too_long_) return std::nullopt;
       continue;
     }
@@ -173,7 +179,7 @@ bool StrokePlanner::append_transit(const MotionState& from, const MotionState& t
   return true;
 }
 
-bool StrokePlanner::assemble(const StrokeRequest& request, const StrokeWay& way, const JointVector& q_start, Trajectory& out) {
+bool StrokePlanner::assemble(const StrokeRequest& request, const StrokeWay& way, const MotionState& start, Trajectory& out) {
   out.stroke_id = request.id;
   out.joints = kinematics_.joints();
   out.size = 0;
@@ -192,7 +198,7 @@ bool StrokePlanner::assemble(const StrokeRequest& request, const StrokeWay& way,
     return true;
   };
 
-  MotionState state = MotionState::at_rest(q_start);
+  MotionState state = start;
   if (way.lift) {
     if (!sample(*way.lift, search_.tracker(), way.q_lift, 0, search_.last_tick(*way.lift), tick, states_)) return false;
     states_.front() = state;
@@ -241,7 +247,7 @@ bool StrokePlanner::keeps_limits(const Trajectory& trajectory) const {
          use.lowest_link >= settings_.link_clearance - 1e-4;
 }
 
-Refusal StrokePlanner::refuse(const StrokeRequest& request, const JointVector& q_start, SearchStage stage, Trajectory& out) {
+Refusal StrokePlanner::refuse(const StrokeRequest& request, const MotionState& start, SearchStage stage, Trajectory& out) {
   if (too_long_) {
     return {RefusalReason::kTooLong, 0.0,
             text("the stroke takes longer than %.1f s", static_cast<double>(Trajectory::kCapacity) * to_seconds(settings_.tick))};
@@ -256,7 +262,7 @@ Refusal StrokePlanner::refuse(const StrokeRequest& request, const JointVector& q
   StrokeRequest slower = request;
   const auto accepted = [&](double speed) {  // then plan() accepts it, too
     slower.speed = speed;
-    return speed >= kSlowestStroke && try_plan(slower, q_start, true, out).has_value();
+    return speed >= kSlowestStroke && try_plan(slower, start, true, out).has_value();
   };
   double low = 0.0;
   double high = std::min(request.speed, std::max(speed_bound(request.p_WS, request.direction_W), kSlowestStroke));

@@ -27,8 +27,8 @@ struct Refusal {
 
 /// A planned stroke in figures.
 struct StrokeTimes {
-  Duration contact{};  ///< from the first motion to p_WS; zero for a park
-  Duration total{};    ///< from the first motion to rest
+  Duration contact{};  ///< from the start (the first motion, or the set-point that the stroke goes on from) to p_WS; zero for a park
+  Duration total{};    ///< from the start to rest
   /// The corridor that other discs should leave free: seen from above, along the line through p_WS, the striker is below the disc tops from
   /// low_before metres before p_WS to low_after metres past it (a push: past the end of its line).
   double low_before = 0.0;
@@ -54,7 +54,12 @@ class StrokePlanner {
   StrokePlanner& operator=(const StrokePlanner&) = delete;
 
   /// Plans the whole stroke from rest at q_start. `out` is of use only when it succeeds.
-  Result<StrokeTimes, Refusal> plan(const StrokeRequest& asked, const JointVector& q_start, Trajectory& out);
+  Result<StrokeTimes, Refusal> plan(const StrokeRequest& asked, const JointVector& q_start, Trajectory& out) {
+    return plan(asked, MotionState::at_rest(q_start), out);
+  }
+  /// The same from a state in motion, which is the trajectory's first point: a stroke that another one goes on into. The striker must be at the
+  /// safe height. A refusal as kJointLimit tells of this start alone: from rest the same stroke may be accepted, or refused as kTooFast.
+  Result<StrokeTimes, Refusal> plan(const StrokeRequest& asked, const MotionState& start, Trajectory& out);
 
   /// plan() without the trajectory and its check at every tick: times are within a few ticks, and a stroke at the very edge of the limits
   /// may still be refused by plan(). Refusals say no attainable speed.
@@ -69,14 +74,14 @@ class StrokePlanner {
   const ArmClearance& clearance() const noexcept { return clearance_; }
 
  private:
-  std::optional<Refusal> validate(const StrokeRequest& request, const JointVector& q_start) const;
-  std::optional<StrokeTimes> try_plan(const StrokeRequest& request, const JointVector& q_start, bool first_found, Trajectory& out);
+  std::optional<Refusal> validate(const StrokeRequest& request, const MotionState& start) const;
+  std::optional<StrokeTimes> try_plan(const StrokeRequest& request, const MotionState& start, bool first_found, Trajectory& out);
   StrokeTimes times_of(const StrokeRequest& request, const StrokeWay& way) const;
-  bool assemble(const StrokeRequest& request, const StrokeWay& way, const JointVector& q_start, Trajectory& out);
+  bool assemble(const StrokeRequest& request, const StrokeWay& way, const MotionState& start, Trajectory& out);
   bool append_transit(const MotionState& from, const MotionState& to, StrokePhase phase, Trajectory& out);
   bool append(const MotionState& state, StrokePhase phase, Trajectory& out) const;
   bool keeps_limits(const Trajectory& trajectory) const;
-  Refusal refuse(const StrokeRequest& request, const JointVector& q_start, SearchStage stage, Trajectory& out);
+  Refusal refuse(const StrokeRequest& request, const MotionState& start, SearchStage stage, Trajectory& out);
 
   MotionSettings settings_;
   kinematics::ArmKinematics kinematics_;

@@ -164,13 +164,14 @@ bool StrokeSearch::in_area(const Dip& dip, double t) const noexcept {
   return settings_->striker_area.contains(dip.p_WS + dip.way(t) * dip.direction_W);
 }
 
-std::optional<StrokeWay> StrokeSearch::find(const StrokeRequest& request, const JointVector& q_start, double share, bool first_found) {
+std::optional<StrokeWay> StrokeSearch::find(const StrokeRequest& request, const MotionState& begin, double share, bool first_found) {
   stage_ = SearchStage::kReach;
   best_.reset();
   best_cost_ = std::numeric_limits<double>::infinity();
   StrokeWay start;
-  MotionState from = MotionState::at_rest(q_start);
-  if (clearance_->heights(q_start).tip < settings_->safe_height() - kHeightTolerance && !find_lift(q_start, share, start, from)) {
+  MotionState from = begin;
+  const bool low = clearance_->heights(begin.q).tip < settings_->safe_height() - kHeightTolerance;
+  if (low && (!begin.rests() || !find_lift(begin.q, share, start, from))) {
     reached(SearchStage::kTransit);
     return std::nullopt;
   }
@@ -183,7 +184,7 @@ std::optional<StrokeWay> StrokeSearch::find(const StrokeRequest& request, const 
   }
   for (const Variety* variety : {&kUsual, &kThorough}) {
     variety_ = variety;
-    try_branches(request, q_start, share, first_found, start, from);
+    try_branches(request, begin.q, share, first_found, start, from);
     if (best_ || stage_ < SearchStage::kLimits) break;
   }
   return best_;
@@ -199,7 +200,7 @@ void StrokeSearch::try_branches(const StrokeRequest& request, const JointVector&
     reached(SearchStage::kSpeed);
     if (((request.speed * branch.per_way).cwiseAbs().array() > limits_.speed.array()).any()) continue;
     reached(SearchStage::kArea);
-    if (least_duration(from.q, q) + least_duration(q, settings_->park) >= best_cost_) continue;
+    if (least_duration(from.q, q, from.rests()) + least_duration(q, settings_->park, true) >= best_cost_) continue;
     if (request.kind == StrokeKind::kHit) {
       try_hit(request, branch, share, start, from);
     } else {
@@ -232,10 +233,12 @@ bool StrokeSearch::find_lift(const JointVector& q_start, double share, StrokeWay
   return false;
 }
 
-double StrokeSearch::least_duration(const JointVector& a, const JointVector& b) const noexcept {
+double StrokeSearch::least_duration(const JointVector& a, const JointVector& b, bool one_rests) const noexcept {
   double least = 0.0;
-  for (Eigen::Index i = 0; i < a.size(); ++i)
-    least = std::max(least, least_time(std::abs(a[i] - b[i]), limits_.speed[i], limits_.acceleration));
+  for (Eigen::Index i = 0; i < a.size(); ++i) {
+    const double way = std::abs(a[i] - b[i]);
+    least = std::max(least, one_rests ? least_time(way, limits_.speed[i], limits_.acceleration) : way / limits_.speed[i]);
+  }
   return least;
 }
 

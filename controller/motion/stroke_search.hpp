@@ -37,7 +37,7 @@ class StrokeSearch {
 
   /// The quickest way, or with `first_found` just any; the request was validated.
   /// @param share  of the acceleration and jerk limits that dips may use, (0, 1]
-  std::optional<StrokeWay> find(const StrokeRequest& request, const JointVector& q_start, double share, bool first_found);
+  std::optional<StrokeWay> find(const StrokeRequest& request, const MotionState& begin, double share, bool first_found);
   /// After a find() without success.
   SearchStage stage() const noexcept { return stage_; }
 
@@ -88,8 +88,8 @@ class StrokeSearch {
   std::optional<Side> leave(const StrokeRequest& request, const Branch& branch, const TipAcceleration& a, double share, bool level);
   /// Least and most acceleration along the line at p_WS that the joints allow next to `climb` upward, m/s^2; least > most: none.
   std::pair<double, double> line_acceleration(const Branch& branch, double climb, double share) const noexcept;
-  /// No transit with one end at rest is shorter than this, s.
-  double least_duration(const JointVector& a, const JointVector& b) const noexcept;
+  /// No transit between these places is shorter than this, s; with one of its ends at rest it is longer.
+  double least_duration(const JointVector& a, const JointVector& b, bool one_rests) const noexcept;
   JointVector bend(const JointVector& q, const Vector3& v_WT_W) const noexcept;
   JointVector end_pose(const StrokeRequest& request, const MotionState& leaving) const;
   bool transit_is_clear();

@@ -18,6 +18,7 @@ struct TrajectoryPoint {
 };
 
 /// A whole stroke - transit, run-in, contact, follow-through, retreat, parking - as one set-point per tick.
+/// It begins at rest, or in motion where it takes over from another one.
 ///
 /// Every point was checked against every limit before the real-time thread sees it, and running it is an array look-up. Fixed size
 /// (about 2.8 MB): allocated before the loop starts and handed over by pointer.

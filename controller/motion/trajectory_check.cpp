@@ -26,7 +26,8 @@ TrajectoryUse measure(const Trajectory& trajectory, std::size_t low_from, std::s
       // The same from the speeds: the drives follow these, and an acceleration that was itself taken from speeds hides what changes within a tick.
       const double change = now.qd[j] - last.qd[j];
       use.acceleration = std::max(use.acceleration, std::abs(change) / (h * limits.acceleration));
-      const double change_before = k >= 2 ? last.qd[j] - trajectory.points[k - 2].qd[j] : 0.0;
+      // What came before the first tick was at rest, or another trajectory that this one goes on from with its acceleration.
+      const double change_before = k >= 2 ? last.qd[j] - trajectory.points[k - 2].qd[j] : h * last.qdd[j];
       use.jerk = std::max(use.jerk, std::abs(change - change_before) / (h * h * limits.jerk));
       // Simpson-like rule with the accelerations at both ends: exact for constant jerk.
       const double mean_speed = 0.5 * (now.qd[j] + last.qd[j]) - h / 12.0 * (now.qdd[j] - last.qdd[j]);

@@ -76,6 +76,8 @@ void StrokeDesk::run(const std::stop_token& stop) {
       const std::lock_guard lock{mutex_};
       loop_ = executor_.loop();
       newest_ = executor_.newest();
+      const StrokeStatus* const following = executor_.following();
+      following_ = following != nullptr ? std::optional{*following} : std::nullopt;
     }
   }
 }
@@ -88,11 +90,14 @@ void StrokeDesk::repeat(const std::stop_token& stop) {
     tick.wait_for(lock, stop, kRepeat, [] { return false; });
     const std::lock_guard sending{sending_};
     std::optional<StrokeStatus> status;
+    std::optional<StrokeStatus> following;
     {
       const std::lock_guard held{mutex_};
       status = newest_;
+      following = following_;
     }
     if (status) send_(*status);
+    if (following) send_(*following);
   }
 }
 

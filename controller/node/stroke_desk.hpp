@@ -48,6 +48,7 @@ class StrokeDesk {
   bool closing_ = false;
   LoopStatus loop_;
   std::optional<StrokeStatus> newest_;
+  std::optional<StrokeStatus> following_;
   std::mutex sending_;  ///< keeps a repetition from overtaking the status that follows it
 
   std::jthread planning_;

@@ -2,6 +2,7 @@
 
 #include "common/urdf/cell_arm.hpp"
 #include "controller/controller_config.hpp"
+#include "controller/motion/join.hpp"
 #include "sim_bridge/sim_bridge_config.hpp"
 
 #include <fmt/core.h>
@@ -13,6 +14,7 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 namespace breakshot::bench {
 namespace {
@@ -119,6 +121,7 @@ class Sequence {
     trial.planned = support::audit(planner_, request, *times, *trajectory_);
     const bool starts_low = planner_.clearance().heights(q_).tip < setup_.motion.safe_height();
     trial.broken = broken_limits(trial.planned, request, setup_.motion, starts_low);
+    if (before_total_ > Duration::zero() && request.kind != StrokeKind::kPark) join(trial);
     if (scope_.bounds && request.kind != StrokeKind::kPark) hold_against_bounds(trial);
     if (scope_.achieved && request.kind != StrokeKind::kPark) {
       trial.alone = rig_.run(request, *trajectory_, {});
@@ -126,10 +129,25 @@ class Sequence {
     }
     const TrajectoryPoint& last = trajectory_->points[trajectory_->size - 1];
     q_ = Eigen::Map<const Eigen::VectorXd>{last.q.data(), trajectory_->joints};
+    std::swap(trajectory_, before_);
+    before_total_ = request.kind == StrokeKind::kPark ? Duration::zero() : times->total;
     return trial;
   }
 
  private:
+  /// Plans the stroke out of the one before it.
+  void join(Trial& trial) {
+    trial.follows = true;
+    const support::Before before{*before_, motion::first_join(*before_)};
+    const auto times = planner_.plan(trial.request, motion::state_at(*before_, before.tick), *joined_);
+    if (!times) return;
+    const Duration both = static_cast<std::int64_t>(before.tick) * joined_->tick + times->total;
+    trial.over_separate = to_seconds(both) / to_seconds(before_total_ + trial.times.total);
+    const std::string broken =
+        broken_limits(support::audit(planner_, trial.request, *times, *joined_, &before), trial.request, setup_.motion, false);
+    if (!broken.empty()) trial.broken += "joined: " + broken;
+  }
+
   void hold_against_bounds(Trial& trial) const {
     const bool push = trial.request.kind == StrokeKind::kPush;
     const Trajectory& t = *trajectory_;
@@ -153,6 +171,9 @@ class Sequence {
   support::StrokeRig rig_;
   JointVector q_;  ///< where the next stroke begins: where the last one ended
   std::unique_ptr<Trajectory> trajectory_ = std::make_unique<Trajectory>();
+  std::unique_ptr<Trajectory> before_ = std::make_unique<Trajectory>();  ///< of the last accepted stroke
+  Duration before_total_{};                                              ///< of it; 0: none that may be taken over from
+  std::unique_ptr<Trajectory> joined_ = std::make_unique<Trajectory>();
 };
 
 }  // namespace

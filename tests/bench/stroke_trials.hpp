@@ -47,6 +47,9 @@ struct Trial {
   support::StrokeAudit planned;
   double over_bound = 0.0;  ///< the ways to and from the contact (a push: the line) over their joint-space bound; 0 for a park
   std::optional<PushPath> push;
+  /// The same stroke out of the one before it in motion: the time of the two over that of the two apart. 0: no way, or it does not follow one.
+  double over_separate = 0.0;
+  bool follows = false;                               ///< a stroke that it could take over from was before it
   std::string broken;                                 ///< limits that the set-points break, and by how much; empty: none
   std::optional<support::AchievedStroke> alone;       ///< run on an empty table
   std::optional<support::AchievedStroke> with_discs;  ///< run into support::discs_before()

@@ -49,7 +49,9 @@ struct Totals {
   Errors hits_planned, hits_alone, hits_touch, pushes_planned, pushes_alone, pushes_with_discs;
   std::vector<double> late_us, measured_speed_pct;  ///< of first touches; of StrokeStatus::contact_speed beside the truth
   std::vector<double> over_bound, push_over_bound;
-  std::vector<double> margin;  ///< StrokeTimes::singularity_margin, m/rad
+  std::vector<double> over_separate;  ///< of strokes that took over from another one
+  int following = 0;                  ///< strokes that had one to take over from
+  std::vector<double> margin;         ///< StrokeTimes::singularity_margin, m/rad
   double tracking_urad = 0.0, torque_share = 0.0;
   int violations = 0, second_contacts = 0, stopped = 0, untouched = 0, unmeasured = 0, struck_twice = 0, strokes = 0, accepted = 0;
 
@@ -61,6 +63,8 @@ struct Totals {
     if (!trial.broken.empty()) ++violations;
     if (trial.meets_disc_twice()) ++second_contacts;
     if (trial.over_bound > 0.0) over_bound.push_back(trial.over_bound);
+    if (trial.follows) ++following;
+    if (trial.over_separate > 0.0) over_separate.push_back(trial.over_separate);
     if (trial.push && trial.push->least > 0.0) push_over_bound.push_back(trial.push->planned / trial.push->least);
     if (trial.request.kind == StrokeKind::kPark) return;
     margin.push_back(trial.times.singularity_margin);
@@ -263,6 +267,9 @@ int run(const Arguments& arguments) {
                            "planned_push_deviation_mm_max"}) {
     tell(name, metrics[name].get<double>());
   }
+  tell("continuous_over_separate_mean", mean(all.over_separate));
+  tell("continuous_over_separate_max", largest(all.over_separate));
+  tell("continuous_pct", 100.0 * static_cast<double>(all.over_separate.size()) / std::max(1, all.following));
   tell("singularity_margin_m_per_rad_min", quantile(all.margin, 0.0));
   tell("singularity_margin_m_per_rad_median", quantile(all.margin, 0.5));
   goal("push_over_toppra_median", 1.10);

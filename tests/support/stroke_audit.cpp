@@ -18,6 +18,8 @@ constexpr int kSamples = 4;
 constexpr double kDiscRadius = 0.030;
 constexpr double kDiscSpeedGain = 1.8 / (1.0 + 0.1 / 1.2);  // (1 + e) / (1 + m / M), e = 0.8
 constexpr double kDiscFriction = 0.25;
+/// Of a state that is given from one trajectory to the next: rad, rad/s, rad/s^2.
+constexpr double kRounding = 1e-9;
 /// A push slower than this has no direction worth the name, m/s.
 constexpr double kMoving = 0.005;
 
@@ -54,20 +56,21 @@ double direction_error(const Vector3& v, const Vector2& direction) {
 }
 
 void measure_joints(const kinematics::ArmKinematics& arm, const motion::MotionSettings& settings, const Trajectory& trajectory,
-                    StrokeAudit& audit) {
+                    const Before* before, StrokeAudit& audit) {
   const double h = to_seconds(trajectory.tick);
   const std::size_t n = trajectory.size;
   for (int i = 0; i < trajectory.joints; ++i) {
     const auto j = static_cast<std::size_t>(i);
     // At rest before and after.
-    const auto qd = [&](std::size_t k) { return k >= 1 && k <= n ? trajectory.points[k - 1].qd[j] : 0.0; };
+    const double qd_before = before != nullptr ? before->trajectory.points[before->tick - 1].qd[j] : 0.0;
+    const auto qd = [&](std::size_t k) { return k == 0 ? qd_before : k <= n ? trajectory.points[k - 1].qd[j] : 0.0; };
     for (std::size_t k = 0; k < n; ++k) {
-      const double before = qd(k);
+      const double last = qd(k);
       const double now = qd(k + 1);
-      const double after = qd(k + 2);
+      const double next = qd(k + 2);
       audit.speed = std::max(audit.speed, std::abs(now) / arm.max_speed()[i]);
-      audit.acceleration = std::max(audit.acceleration, std::abs(after - now) / (h * settings.max_acceleration));
-      audit.jerk = std::max(audit.jerk, std::abs(after - 2.0 * now + before) / (h * h * settings.max_jerk));
+      audit.acceleration = std::max(audit.acceleration, std::abs(next - now) / (h * settings.max_acceleration));
+      audit.jerk = std::max(audit.jerk, std::abs(next - 2.0 * now + last) / (h * h * settings.max_jerk));
     }
     for (std::size_t k = 1; k < n; ++k) {
       const double way = trajectory.points[k].q[j] - trajectory.points[k - 1].q[j];
@@ -77,7 +80,12 @@ void measure_joints(const kinematics::ArmKinematics& arm, const motion::MotionSe
       audit.join = std::max(audit.join, off - bulge);
     }
     for (const std::size_t k : {std::size_t{0}, n - 1}) {
-      if (trajectory.points[k].qd[j] != 0.0 || trajectory.points[k].qdd[j] != 0.0) audit.at_rest_at_ends = false;
+      const TrajectoryPoint& here = trajectory.points[k];
+      const TrajectoryPoint there =
+          k == 0 && before != nullptr ? before->trajectory.points[before->tick] : TrajectoryPoint{here.q, {}, {}, here.phase};
+      const double off =
+          std::max({std::abs(here.q[j] - there.q[j]), std::abs(here.qd[j] - there.qd[j]), std::abs(here.qdd[j] - there.qdd[j])});
+      if (off > (k == 0 && before != nullptr ? kRounding : 0.0)) audit.at_rest_at_ends = false;
     }
   }
 }
@@ -85,11 +93,11 @@ void measure_joints(const kinematics::ArmKinematics& arm, const motion::MotionSe
 }  // namespace
 
 StrokeAudit audit(const motion::StrokePlanner& planner, const StrokeRequest& request, const motion::StrokeTimes& times,
-                  const Trajectory& trajectory) {
+                  const Trajectory& trajectory, const Before* before) {
   StrokeAudit audit;
   const kinematics::ArmKinematics& arm = planner.kinematics();
   const motion::MotionSettings& settings = planner.settings();
-  measure_joints(arm, settings, trajectory, audit);
+  measure_joints(arm, settings, trajectory, before, audit);
 
   const bool hit = request.kind == StrokeKind::kHit;
   const bool push = request.kind == StrokeKind::kPush;

@@ -2,6 +2,7 @@
 
 #include "common/random.hpp"
 #include "controller/motion/stroke_planner.hpp"
+#include "tests/support/before.hpp"
 
 namespace breakshot::support {
 
@@ -27,12 +28,13 @@ struct StrokeAudit {
   double speed = 0.0, acceleration = 0.0, jerk = 0.0;
   double join = 0.0;  ///< largest disagreement of a joint's speed with the change of its position, rad/s
   bool phases_in_order = true;
-  bool at_rest_at_ends = true;
+  bool at_rest_at_ends = true;  ///< or, at its beginning, as the stroke that it goes on from is there
 };
 
-/// @param times  what plan() said of this trajectory
+/// @param times   what plan() said of this trajectory
+/// @param before  null: it begins at rest
 StrokeAudit audit(const motion::StrokePlanner& planner, const StrokeRequest& request, const motion::StrokeTimes& times,
-                  const motion::Trajectory& trajectory);
+                  const motion::Trajectory& trajectory, const Before* before = nullptr);
 
 /// A hit with its contact point anywhere in `area`, in any direction.
 StrokeRequest random_hit(SplitMix64& random, const Rect& area, double speed);

@@ -54,8 +54,9 @@ class Run {
     }
     throw std::logic_error{"stroke rig: the loop does not get ready"};
   }
-  void start(const Trajectory& trajectory) {
-    channels_->requests.push({.kind = control::LoopRequest::Kind::kStart, .trajectory = &trajectory, .trajectory_number = 1});
+  void start(const Trajectory& trajectory, control::LoopRequest::Join join = {}) {
+    channels_->requests.push(
+        {.kind = control::LoopRequest::Kind::kStart, .trajectory = &trajectory, .trajectory_number = ++started_, .join = join});
   }
   bool next_event(LoopEvent& event) { return channels_->events.pop(event); }
 
@@ -66,6 +67,7 @@ class Run {
   std::vector<control::TickRecord>* ticks_;
   control::ControlLoop loop_;
   Duration phase_;
+  std::uint64_t started_ = 0;
 };
 
 }  // namespace
@@ -73,7 +75,7 @@ class Run {
 StrokeRig::StrokeRig(StrokeRigSettings settings) : settings_{std::move(settings)}, kinematics_{settings_.arm, settings_.sim.X_WB} {}
 
 AchievedStroke StrokeRig::run(const StrokeRequest& request, const Trajectory& trajectory, std::span<const SimDisc> discs,
-                              std::vector<control::TickRecord>* ticks) const {
+                              std::vector<control::TickRecord>* ticks, const Before* before) const {
   const auto joints = [&](const std::array<double, kMaxJoints>& values) {
     return JointVector{JointVector::Map(values.data(), trajectory.joints)};
   };
@@ -83,14 +85,22 @@ AchievedStroke StrokeRig::run(const StrokeRequest& request, const Trajectory& tr
     return (J_W.topRows<2>() * qd).dot(request.direction_W);
   };
   sim_bridge::SimSettings sim = settings_.sim;
-  sim.q_start = joints(trajectory.points[0].q);
+  sim.q_start = joints((before != nullptr ? before->trajectory : trajectory).points[0].q);
   sim.start = kStart;
   Run run{settings_, sim, ticks};
   run.world().place(discs);
   run.get_ready();
-  run.start(trajectory);
-  // The set-point of index k is sent k ticks from now, and the arm is to be there so much later.
-  const Time begin = run.world().now() + settings_.phase + settings_.loop.lead + settings_.loop.drive_lag;
+  const std::size_t ticks_before = before != nullptr ? before->tick : 0;
+  const auto until_begin = static_cast<std::int64_t>(ticks_before) * trajectory.tick;
+  // The set-point of index k is sent k ticks from then, and the arm is to be there so much later.
+  const Time begin = run.world().now() + until_begin + settings_.phase + settings_.loop.lead + settings_.loop.drive_lag;
+  if (before != nullptr) {
+    run.start(before->trajectory);
+    run.tick();
+    run.start(trajectory, {1, before->tick});
+  } else {
+    run.start(trajectory);
+  }
   const Time contact = begin + static_cast<std::int64_t>(trajectory.contact_tick) * trajectory.tick;
   const bool push = request.kind == StrokeKind::kPush;
 
@@ -115,7 +125,7 @@ AchievedStroke StrokeRig::run(const StrokeRequest& request, const Trajectory& tr
   };
 
   bool ended = false;
-  for (std::size_t tick = 0; !ended && tick < trajectory.size + kMostTicksAfter; ++tick) {
+  for (std::size_t tick = 0; !ended && tick < ticks_before + trajectory.size + kMostTicksAfter; ++tick) {
     const Time now = run.world().now();
     if (now >= begin) {
       const auto k = static_cast<std::size_t>((now - begin) / trajectory.tick);
@@ -124,10 +134,11 @@ AchievedStroke StrokeRig::run(const StrokeRequest& request, const Trajectory& tr
     run.tick();
     LoopEvent event;
     while (run.next_event(event)) {
-      if (event.kind == LoopEvent::Kind::kContact) achieved.measured_speed = along_tip(joints(event.q), joints(event.qd));
+      if (event.kind == LoopEvent::Kind::kContact && event.time >= begin)
+        achieved.measured_speed = along_tip(joints(event.q), joints(event.qd));
       if (event.kind == LoopEvent::Kind::kStopped || event.kind == LoopEvent::Kind::kNotStarted)
         achieved.stopped = control::describe(event.causes);
-      ended = ended || event.kind == LoopEvent::Kind::kDone || !achieved.stopped.empty();
+      ended = ended || (event.kind == LoopEvent::Kind::kDone && !event.joined) || !achieved.stopped.empty();
     }
   }
   if (!ended) throw std::logic_error{"stroke rig: a stroke does not end"};

@@ -7,6 +7,7 @@
 #include "controller/loop/loop_config.hpp"
 #include "controller/motion/trajectory.hpp"
 #include "sim_bridge/world/sim_world.hpp"
+#include "tests/support/before.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -57,12 +58,13 @@ class StrokeRig {
  public:
   explicit StrokeRig(StrokeRigSettings settings);
 
-  /// @param trajectory  of `request`, from rest
+  /// @param trajectory  of `request`, from rest or out of `before`
   /// @param discs       on the table
   /// @param ticks       gets every tick of the loop, as its flight recorder does; may be null
+  /// @param before      what runs first, from rest, so that the loop goes over into `trajectory` in motion; null: nothing does
   /// @throws std::invalid_argument for discs that cannot be placed
   AchievedStroke run(const StrokeRequest& request, const motion::Trajectory& trajectory, std::span<const SimDisc> discs,
-                     std::vector<control::TickRecord>* ticks = nullptr) const;
+                     std::vector<control::TickRecord>* ticks = nullptr, const Before* before = nullptr) const;
 
   const StrokeRigSettings& settings() const noexcept { return settings_; }
 

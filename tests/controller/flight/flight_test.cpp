@@ -23,6 +23,7 @@ namespace breakshot::control::flight {
 namespace {
 
 using test::all;
+using test::make_joined;
 using test::make_trajectory;
 using test::Stand;
 using test::test_config;
@@ -124,6 +125,58 @@ TEST_F(Flight, AStopIsRecordedWithTheTwoSecondsBeforeItAndTheHalfSecondAfterIt) 
   EXPECT_THAT(events, ::testing::Contains(LoopEvent::Kind::kStopped)) << "the replay decides the same";
 }
 
+// Whether the record begins before, between or after a trajectory's coming and its taking over; at whatever offset, and with ticks skipped across the join.
+TEST_F(Flight, AJoinReplaysBitForBit) {
+  run(3000);
+  for (int i = 0; i < 12; ++i) {
+    start(i % 2 == 0 ? 0.4 : -0.4);
+    run(20);
+    trajectories.push_back(make_joined(*trajectories.back(), 600, all(i % 2 == 0 ? 0.1 : -0.1), trajectories.size() + 1));
+    history.remember(stand.started + 1, *trajectories.back());
+    stand.join(*trajectories.back(), {stand.started, 600});
+    run(575);
+    stand.tick({.skip = i});
+    run(i % 3 == 0 ? 2000 - 595 : i % 3 == 1 ? 1500 : 40);  // the stop comes long after, or soon after; keyframes lie anywhere
+    stand.request(LoopRequest::Kind::kStop);
+    run(600);
+    const FlightRecord record = take();
+    bool joined = false;
+    const auto result = replay(round_trip(record), [&](const LoopEvent& event) { joined = joined || event.joined; });
+    EXPECT_FALSE(result.difference) << result.difference->tick << ": " << result.difference->what;
+    EXPECT_TRUE(joined);
+    EXPECT_EQ(encode(round_trip(record)), encode(record));
+    stand.request(LoopRequest::Kind::kRecover);
+    run(50);
+  }
+}
+
+// A record that begins while a trajectory waits to take over.
+TEST_F(Flight, ARecordMayBeginBetweenARequestAndItsJoin) {
+  run(3000);
+  trajectories.push_back(make_trajectory(stand.status().setpoint.q, all(0.4), 1, 4000));
+  history.remember(stand.started + 1, *trajectories.back());
+  stand.start(*trajectories.back());
+  run(20);
+  trajectories.push_back(make_joined(*trajectories[0], 3200, all(0.1), 2));
+  history.remember(stand.started + 1, *trajectories.back());
+  stand.join(*trajectories.back(), {stand.started, 3200});
+  run(3300);
+  stand.request(LoopRequest::Kind::kStop);
+  run(600);
+  const FlightRecord record = take();
+  EXPECT_EQ(record.start.memory.next_number_, 2U);
+  EXPECT_EQ(record.trajectories.size(), 2U);
+  const auto result = replay(round_trip(record));
+  EXPECT_FALSE(result.difference) << result.difference->tick << ": " << result.difference->what;
+
+  FlightRecord without = round_trip(record);
+  without.trajectories.erase(2);
+  EXPECT_THAT(decode(encode(without)).error(), HasSubstr("no trajectory 2, which is to follow"));
+  FlightRecord nowhere = round_trip(record);
+  nowhere.start.memory.join_tick_ = -7;
+  EXPECT_THAT(decode(encode(nowhere)).error(), HasSubstr("a trajectory to follow where none can"));
+}
+
 TEST_F(Flight, ReplayNamesTheFirstDifference) {
   FlightRecord record = blocked_stroke();
   record.ticks[1234].command.q[2] += 1e-15;
@@ -197,7 +250,7 @@ TEST_F(Flight, AFileThatIsCutOffOrDamagedAnywhereIsRefusedWithTheReason) {
   }
   std::string newer = whole;
   newer[16] = 9;
-  EXPECT_THAT(error_of(newer), HasSubstr("version 9; this program reads version 2"));
+  EXPECT_THAT(error_of(newer), HasSubstr("version 9; this program reads version 3"));
 }
 
 // A file with a right checksum may still be nonsense (or malice): reading and replaying it must end, in an error or in a difference, and touch nothing

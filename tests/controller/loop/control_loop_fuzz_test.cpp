@@ -44,6 +44,7 @@ TEST(ControlLoopFuzz, NoCommandEverBreaksALimitOrJumps) {
     }
   });
   EXPECT_GT(tally.done, kTicks / 20'000);
+  EXPECT_GT(tally.joined, kTicks / 20'000);
   EXPECT_GT(tally.stopped, kTicks / 20'000);
   EXPECT_GT(tally.recovered, kTicks / 20'000);
   EXPECT_GT(tally.refused, kTicks / 20'000);

@@ -61,6 +61,7 @@ TEST(ControlLoopRealtime, AMillionTicksWithoutHeapLockSystemCallOrPageFault) {
   EXPECT_EQ(run.overruns.ours, 0U);
   EXPECT_EQ(run.dropped, 0U);
   EXPECT_GT(run.started, 250);
+  EXPECT_GT(run.joined, 50);
   EXPECT_GT(run.stopped, 250);
   EXPECT_GT(run.refused, 50);
   EXPECT_GT(run.recovered, 250);

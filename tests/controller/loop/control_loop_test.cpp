@@ -194,5 +194,57 @@ TEST(ControlLoop, RefusesATrajectoryThatDoesNotFit) {
   EXPECT_TRUE(stand.status().ready()) << "a refusal changes nothing";
 }
 
+TEST(ControlLoop, ATrajectoryTakesOverWhereItIsToldAndNowhereElse) {
+  Stand stand;
+  ASSERT_TRUE(stand.get_ready());
+  const auto first = make_trajectory(stand.status().setpoint.q, all(0.3), 1);
+  const auto second = make_joined(*first, 500, all(-0.2), 2);
+  const auto refusal_of = [&](const motion::Trajectory& trajectory, LoopRequest::Join at) {
+    stand.clear();
+    stand.join(trajectory, at);
+    stand.tick();
+    const auto* event = stand.find(Kind::kNotStarted);
+    return event == nullptr ? LoopEvent::Refusal::kNone : event->refusal;
+  };
+  using Refusal = LoopEvent::Refusal;
+  EXPECT_EQ(refusal_of(*second, {1, 500}), Refusal::kMissed) << "nothing runs";
+  stand.start(*first);
+  stand.tick();
+  const std::uint64_t number = stand.started;
+  EXPECT_EQ(stand.status().joinable, number);
+  EXPECT_EQ(refusal_of(*second, {number + 1, 500}), Refusal::kMissed) << "another one runs";
+  EXPECT_EQ(refusal_of(*second, {number, 800}), Refusal::kMissed) << "past its end";
+  EXPECT_EQ(refusal_of(*second, {number, std::numeric_limits<std::uint64_t>::max()}), Refusal::kMissed);
+  EXPECT_EQ(refusal_of(*second, {number, 501}), Refusal::kElsewhere);
+  EXPECT_EQ(refusal_of(*second, {number, static_cast<std::uint64_t>(stand.status().cursor - 1)}), Refusal::kMissed) << "it is past that";
+  auto other = make_joined(*first, 500, all(0.1), 3);
+  other->points[0].qd[1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(refusal_of(*other, {number, 500}), Refusal::kElsewhere);
+  other->joints = 5;
+  EXPECT_EQ(refusal_of(*other, {number, 500}), Refusal::kBadBuffer);
+  other = make_joined(*first, 500, all(0.1), 3);
+  EXPECT_EQ(refusal_of(*second, {number, 500}), Refusal::kNone);
+  EXPECT_EQ(refusal_of(*other, {number, 500}), Refusal::kBusy) << "one waits already";
+  const motion::Trajectory* returned = nullptr;
+  while (stand.channels.returns.pop(returned)) EXPECT_NE(returned, first.get());
+
+  stand.clear();
+  while (stand.status().cursor < 499) stand.tick();
+  EXPECT_EQ(stand.find(Kind::kDone), nullptr);
+  stand.tick();
+  ASSERT_NE(stand.find(Kind::kDone), nullptr);
+  EXPECT_TRUE(stand.find(Kind::kDone)->joined);
+  EXPECT_EQ(stand.find(Kind::kDone)->stroke_id, 1U);
+  EXPECT_EQ(stand.status().stroke_id, 2U);
+  EXPECT_EQ(stand.status().cursor, 0);
+  ASSERT_TRUE(stand.channels.returns.pop(returned));
+  EXPECT_EQ(returned, first.get());
+  stand.clear();
+  ASSERT_TRUE(stand.run_until(Kind::kDone));
+  EXPECT_FALSE(stand.find(Kind::kDone)->joined);
+  ASSERT_NE(stand.find(Kind::kContact), nullptr);
+  EXPECT_EQ(stand.find(Kind::kContact)->stroke_id, 2U);
+}
+
 }  // namespace
 }  // namespace breakshot::control::test

@@ -141,6 +141,19 @@ std::unique_ptr<motion::Trajectory> make_trajectory(const safety::JointArray& fr
   return trajectory;
 }
 
+std::unique_ptr<motion::Trajectory> make_joined(const motion::Trajectory& first, std::size_t tick, const safety::JointArray& by,
+                                                std::uint64_t id) {
+  auto joined = make_trajectory(first.points[first.size - 1].q, by, id, 400);
+  const std::size_t rest = first.size - 1 - tick;
+  std::copy_backward(joined->points.begin(), joined->points.begin() + static_cast<std::ptrdiff_t>(joined->size),
+                     joined->points.begin() + static_cast<std::ptrdiff_t>(joined->size + rest));
+  std::copy_n(first.points.begin() + static_cast<std::ptrdiff_t>(tick), rest, joined->points.begin());
+  for (std::size_t k = 0; k < rest; ++k) joined->points[k].phase = StrokePhase::kTransit;
+  joined->size += rest;
+  joined->contact_tick += rest;
+  return joined;
+}
+
 Stand::Stand(const LoopConfig& with, FlightTap* flight) : config{with}, loop{with, channels, flight}, drives{7} {}
 
 JointCommand Stand::tick(const Upset& upset) {

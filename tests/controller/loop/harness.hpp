@@ -70,6 +70,9 @@ class FakeDrives {
 std::unique_ptr<motion::Trajectory> make_trajectory(const safety::JointArray& from, const safety::JointArray& by, std::uint64_t id,
                                                     std::size_t ticks = 800);
 safety::JointArray all(double value);
+/// Takes over from `first` at `tick`: goes on as it does to its end, and from there by `by`.
+std::unique_ptr<motion::Trajectory> make_joined(const motion::Trajectory& first, std::size_t tick, const safety::JointArray& by,
+                                                std::uint64_t id);
 
 /// Loop and drives, tick by tick, with hands on everything between them.
 class Stand {
@@ -97,6 +100,10 @@ class Stand {
   void request(LoopRequest::Kind kind) { channels.requests.push({.kind = kind}); }
   void start(const motion::Trajectory& trajectory) {
     channels.requests.push({.kind = LoopRequest::Kind::kStart, .trajectory = &trajectory, .trajectory_number = ++started});
+  }
+  /// Asks that a trajectory takes over from another one.
+  void join(const motion::Trajectory& trajectory, LoopRequest::Join at) {
+    channels.requests.push({.kind = LoopRequest::Kind::kStart, .trajectory = &trajectory, .trajectory_number = ++started, .join = at});
   }
   LoopStatus status() { return channels.status.latest(); }
   /// Events since the last call of clear(), oldest first.

@@ -28,6 +28,7 @@ WatchedRun run_watched(int ticks, unsigned seed) {
   run.watched_faults = rt::lock_memory({}).empty();
   run.watched_system_calls = watch_syscalls();
   std::unique_ptr<motion::Trajectory> trajectory;
+  std::unique_ptr<motion::Trajectory> next;
 
   for (int i = 0; i < ticks; ++i) {
     const auto status = stand.status();
@@ -37,6 +38,10 @@ WatchedRun run_watched(int ticks, unsigned seed) {
       if (random() % 5 == 0) trajectory->joints = 5;
       stand.start(*trajectory);
       ++run.started;
+    }
+    if (status.joinable == stand.started && status.joinable != 0 && status.cursor == 50 && !next) {
+      next = make_joined(*trajectory, 300, all(0.2), static_cast<std::uint64_t>(i));
+      stand.join(*next, {status.joinable, 300});
     }
     if (random() % 700 == 0) stand.request(LoopRequest::Kind::kStop);
     if (random() % 50 == 0) stand.request(LoopRequest::Kind::kRecover);
@@ -55,6 +60,7 @@ WatchedRun run_watched(int ticks, unsigned seed) {
 
     stand.drives.take(stand.last);
     for (const auto& event : stand.events()) {
+      run.joined += event.joined;
       run.stopped += event.kind == LoopEvent::Kind::kStopped;
       run.refused += event.kind == LoopEvent::Kind::kNotStarted;
       run.recovered += event.kind == LoopEvent::Kind::kRecovered;
@@ -62,6 +68,7 @@ WatchedRun run_watched(int ticks, unsigned seed) {
     stand.clear();
     const motion::Trajectory* returned = nullptr;
     while (stand.channels.returns.pop(returned)) {
+      if (returned == next.get()) next.reset();
     }
     TickRecord record;
     while (tap->ticks.pop(record)) {

@@ -56,11 +56,11 @@ struct WatchedRun {
   rt::Histogram compute;        ///< CPU time of the thread per tick
   rt::Overruns overruns;        ///< ticks that took longer than their period, by whose fault
   std::uint64_t dropped = 0;    ///< by the flight recorder's tap
-  int started = 0, stopped = 0, refused = 0, recovered = 0, restarted = 0;
+  int started = 0, joined = 0, stopped = 0, refused = 0, recovered = 0, restarted = 0;
 };
 
-/// Ticks a recorded control loop through strokes, refusals, both kinds of stop, lost and spoilt states, reconnects, restarts and recoveries, and watches
-/// each tick (and nothing else).
+/// Ticks a recorded control loop through strokes, alone and one out of the other, refusals, both kinds of stop, lost and spoilt states, reconnects,
+/// restarts and recoveries, and watches each tick (and nothing else).
 WatchedRun run_watched(int ticks, unsigned seed);
 
 }  // namespace breakshot::control::test

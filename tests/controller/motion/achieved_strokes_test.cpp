@@ -4,6 +4,7 @@
 #include "common/urdf/cell_arm.hpp"
 #include "controller/controller_config.hpp"
 #include "controller/flight/drive_lag.hpp"
+#include "controller/motion/join.hpp"
 #include "controller/motion/stroke_planner.hpp"
 #include "sim_bridge/sim_bridge_config.hpp"
 #include "tests/support/stroke_audit.hpp"
@@ -120,6 +121,37 @@ TEST_F(AchievedStrokes, PushesStayOnTheirLine) {
     const AchievedStroke parting = rig.run(push, *trajectory_, discs(push));
     EXPECT_TRUE(parting.touch);
     EXPECT_LE(parting.line_deviation, 0.2e-3) << "with two discs that it parts";
+  }
+}
+
+// The second of two strokes, each of which runs out of the first in motion: by the loop that goes over from one trajectory to the other.
+TEST_F(AchievedStrokes, OutOfAnotherOneTheyAreAsExact) {
+  const support::StrokeRig rig{rig_settings()};
+  const auto next = std::make_unique<Trajectory>();
+  int run = 0;
+  while (run < 16) {
+    const StrokeRequest first = support::random_hit(random_, cell_.workspace, 0.5);
+    const bool hits = run % 2 == 0;
+    const StrokeRequest second = hits ? support::random_hit(random_, cell_.workspace, 0.6) : support::random_push(random_, cell_.workspace);
+    if (!plan(first)) continue;
+    const support::Before before{*trajectory_, first_join(*trajectory_)};
+    if (!planner_.plan(second, state_at(*trajectory_, before.tick), *next)) continue;
+    ++run;
+    SCOPED_TRACE(testing::Message() << to_string(second.kind) << " at " << second.p_WS.transpose() << " along "
+                                    << second.direction_W.transpose());
+    const AchievedStroke alone = rig.run(second, *next, {}, nullptr, &before);
+    EXPECT_EQ(alone.stopped, "");
+    EXPECT_LE(alone.position_error, 0.3e-3);
+    EXPECT_LE(alone.direction_error, 0.3 * kDegree);
+    EXPECT_LE(alone.speed_error, 0.01);
+    EXPECT_LE(alone.height_error, 0.1e-3);
+    EXPECT_LE(alone.line_deviation, 0.2e-3);
+    EXPECT_GT(alone.tracking_error, 0.0) << "this is to be the arm, not its set-points";
+    EXPECT_LE(alone.peak_torque_share, 1.0);
+    ASSERT_TRUE(alone.measured_speed || !hits);
+    if (hits) {
+      EXPECT_NEAR(*alone.measured_speed, second.speed, 0.01 * second.speed);
+    }
   }
 }
 

@@ -1,10 +1,6 @@
 // What every stroke keeps, over random requests to the shipped arm: nothing here knows how a stroke is planned.
 
-#include "controller/motion/stroke_planner.hpp"
-#include "common/config/cell_config.hpp"
-#include "common/urdf/cell_arm.hpp"
-#include "controller/motion/motion_config.hpp"
-#include "tests/support/stroke_audit.hpp"
+#include "tests/controller/motion/shipped_arm.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -23,41 +19,8 @@ using support::random_push;
 using support::StrokeAudit;
 using ::testing::HasSubstr;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
-
-class ShippedArm : public testing::Test {
+class Strokes : public ShippedArm {
  protected:
-  static MotionSettings shipped_settings(const ConfigDocument& document, const CellConfig& cell) {
-    return load_motion_settings(document.root().child("controller").child("motion"), cell);
-  }
-
-  /// Limits that hold for strokes of every kind.
-  void expect_within_limits(const StrokeAudit& found, const StrokeTimes& times) const {
-    EXPECT_LE(found.range, 1e-6);
-    EXPECT_LE(found.speed, 1.001);
-    EXPECT_LE(found.acceleration, 1.001);
-    EXPECT_LE(found.jerk, 1.01);
-    EXPECT_LE(found.join, 1e-4);
-    EXPECT_TRUE(found.phases_in_order);
-    EXPECT_TRUE(found.at_rest_at_ends);
-    EXPECT_GE(found.lowest_link, settings_.link_clearance - 1e-4);
-    EXPECT_EQ(times.total, static_cast<std::int64_t>(out_->size - 1) * settings_.tick);
-  }
-
-  /// ... and for those that meet discs.
-  void expect_exact(const StrokeAudit& found, const StrokeTimes& times) const {
-    EXPECT_LE(found.position_error, 0.3e-3);
-    EXPECT_LE(found.direction_error, 0.3 * kDegree);
-    EXPECT_LE(found.speed_error, 0.01);
-    EXPECT_LE(found.height_error, 0.1e-3);
-    EXPECT_LE(found.line_deviation, 0.2e-3);
-    EXPECT_GE(found.lowest_tip, settings_.tip_height - 0.1e-3);
-    EXPECT_LE(found.run_in_height, settings_.run_in_band + 0.1e-3);
-    EXPECT_LE(found.corridor_breach, 0.5e-3);
-    EXPECT_LE(found.low_outside_dip, 0.2 * settings_.clearance);
-    EXPECT_EQ(times.contact, static_cast<std::int64_t>(out_->contact_tick) * settings_.tick);
-  }
-
   void expect_ends_where_asked(const StrokeRequest& request, const StrokeTimes& times) const {
     const JointVector end = last();
     if (request.park_after) {
@@ -92,15 +55,10 @@ class ShippedArm : public testing::Test {
     return Eigen::Map<const Eigen::VectorXd>{point.q.data(), out_->joints};
   }
 
-  const ConfigDocument document_ = load_cell_document(BREAKSHOT_SOURCE_DIR "/config/cell.yaml");
-  const CellConfig cell_ = load_cell_config(document_);
-  const MotionSettings settings_ = shipped_settings(document_, cell_);
-  StrokePlanner planner_{load_cell_arm(cell_), cell_.arm.X_WB, settings_};
   std::unique_ptr<Trajectory> out_ = std::make_unique<Trajectory>();
-  SplitMix64 random_{7};
 };
 
-class Hits : public ShippedArm, public testing::WithParamInterface<double> {};
+class Hits : public Strokes, public testing::WithParamInterface<double> {};
 INSTANTIATE_TEST_SUITE_P(Speeds, Hits, testing::Values(0.3, 0.6, 1.0),
                          [](const auto& instance) { return std::to_string(std::lround(100 * instance.param)) + "cmPerSecond"; });
 
@@ -120,8 +78,8 @@ TEST_P(Hits, MeetTheDiscAsAskedAndNeverTwice) {
     ++accepted;
     EXPECT_LE(request.speed, planner_.speed_bound(request.p_WS, request.direction_W));
     const StrokeAudit found = audit(planner_, request, *times, *out_);
-    expect_within_limits(found, *times);
-    expect_exact(found, *times);
+    expect_within_limits(found, *times, *out_);
+    expect_exact(found, *times, *out_);
     EXPECT_GT(found.struck_disc_gap, 0.0);
     expect_ends_where_asked(request, *times);
     q = last();  // the next one begins where this one ends
@@ -129,7 +87,7 @@ TEST_P(Hits, MeetTheDiscAsAskedAndNeverTwice) {
   EXPECT_GE(accepted, kRequests / 2);
 }
 
-TEST_F(ShippedArm, PushesAreStraightAtTheAskedSpeedAndAsLongAsAsked) {
+TEST_F(Strokes, PushesAreStraightAtTheAskedSpeedAndAsLongAsAsked) {
   constexpr int kRequests = 100;
   int accepted = 0;
   JointVector q = settings_.park;
@@ -145,8 +103,8 @@ TEST_F(ShippedArm, PushesAreStraightAtTheAskedSpeedAndAsLongAsAsked) {
     }
     ++accepted;
     const StrokeAudit found = audit(planner_, request, *times, *out_);
-    expect_within_limits(found, *times);
-    expect_exact(found, *times);
+    expect_within_limits(found, *times, *out_);
+    expect_exact(found, *times, *out_);
     EXPECT_LE(found.end_error, 0.2e-3);
     expect_ends_where_asked(request, *times);
     q = last();
@@ -154,7 +112,7 @@ TEST_F(ShippedArm, PushesAreStraightAtTheAskedSpeedAndAsLongAsAsked) {
   EXPECT_GE(accepted, kRequests / 2);
 }
 
-TEST_F(ShippedArm, FromAmongTheDiscsItRisesStraightUpFirst) {
+TEST_F(Strokes, FromAmongTheDiscsItRisesStraightUpFirst) {
   kinematics::InverseKinematics ik{planner_.kinematics()};
   const double safe = settings_.safe_height();
   for (int i = 0; i < 20; ++i) {
@@ -168,7 +126,7 @@ TEST_F(ShippedArm, FromAmongTheDiscsItRisesStraightUpFirst) {
     const auto times = planner_.plan(park, low.q[0], *out_);
     ASSERT_TRUE(times) << times.error().text;
     const StrokeAudit found = audit(planner_, park, *times, *out_);
-    expect_within_limits(found, *times);
+    expect_within_limits(found, *times, *out_);
     EXPECT_GE(found.lowest_tip, settings_.tip_height - 1e-4);
     EXPECT_EQ(last(), settings_.park);
     bool risen = false;
@@ -185,7 +143,7 @@ TEST_F(ShippedArm, FromAmongTheDiscsItRisesStraightUpFirst) {
   }
 }
 
-TEST_F(ShippedArm, TheSameRequestGivesTheSameTrajectory) {
+TEST_F(Strokes, TheSameRequestGivesTheSameTrajectory) {
   const StrokeRequest request = random_hit(random_, {{-0.1, -0.1}, {0.1, 0.1}}, 0.4);
   ASSERT_TRUE(planner_.plan(request, settings_.park, *out_));
   const auto first = std::make_unique<Trajectory>(*out_);
@@ -195,7 +153,7 @@ TEST_F(ShippedArm, TheSameRequestGivesTheSameTrajectory) {
   for (std::size_t k = 0; k < first->size; ++k) ASSERT_EQ(out_->points[k].q, first->points[k].q);
 }
 
-TEST_F(ShippedArm, RefusesWhatMakesNoSenseAndSaysWhy) {
+TEST_F(Strokes, RefusesWhatMakesNoSenseAndSaysWhy) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   StrokeRequest good = random_hit(random_, {{-0.1, -0.1}, {0.1, 0.1}}, 0.3);
   ASSERT_TRUE(planner_.plan(good, settings_.park, *out_));

@@ -132,6 +132,19 @@ TEST_F(ControllerNode, RunsStrokesInLockstepAndEndsCleanly) {
   EXPECT_EQ(controller_->wait(kPatience), process::kExitOk) << controller_->log();
 }
 
+TEST_F(ControllerNode, RunsAStrokeThatIsSentAhead) {
+  start(false);
+  ask(hit(1), [](const StrokeStatus& status) { return status.phase == StrokePhase::kTransit; });
+  StrokeRequest next = hit(2);
+  next.p_WS = {0.0, 0.15};
+  const auto accepted = ask(next, [](const StrokeStatus&) { return true; });
+  EXPECT_EQ(accepted.phase, StrokePhase::kAccepted) << accepted.text;
+  EXPECT_EQ(ask(hit(3), final).reason, RefusalReason::kBusy);
+  // From rest when the machine was too busy to plan in time; joined_strokes_test sees to the rest.
+  EXPECT_EQ(await(1, final).phase, StrokePhase::kDone) << controller_->log();
+  EXPECT_EQ(await(2, final).phase, StrokePhase::kDone) << controller_->log();
+}
+
 TEST_F(ControllerNode, StopsOnItsPathWhenToldToEndInMidStroke) {
   start(true);
   ask(hit(1), [](const StrokeStatus& status) { return status.phase == StrokePhase::kTransit; });
