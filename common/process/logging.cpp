@@ -24,6 +24,7 @@ void start_logging(const std::string& process, const std::string& level) {
   spdlog::init_thread_pool(kQueue, 1);
   auto logger = std::make_shared<spdlog::async_logger>(process, std::make_shared<spdlog::sinks::stderr_sink_mt>(), spdlog::thread_pool(),
                                                        spdlog::async_overflow_policy::overrun_oldest);
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
   const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
   logger->set_pattern(journal ? "%l %v" : "%Y-%m-%dT%H:%M:%S.%eZ %-7l %n %v", spdlog::pattern_time_type::utc);
   logger->set_level(parsed);

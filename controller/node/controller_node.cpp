@@ -21,10 +21,10 @@
 
 #include <atomic>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -85,6 +85,7 @@ void log_record(const flight::FlightRecorder::Stored& stored, const std::string&
 
 /// A unit's log folder (systemd.exec(5)) takes the place of the configured one, which its sandbox does not let it write to.
 flight::RecorderSettings complete_flight(flight::RecorderSettings settings) {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
   if (const char* const logs = std::getenv("LOGS_DIRECTORY"); logs != nullptr) settings.folder = std::filesystem::path{logs} / "flight";
   return settings;
 }
@@ -157,7 +158,7 @@ class HealthReport {
   }
 
   static std::string text_of(const LoopStatus& loop, int timer_error, const rt::Overruns& overruns) {
-    if (timer_error != 0) return fmt::format("the loop's timer failed: {}", std::strerror(timer_error));
+    if (timer_error != 0) return fmt::format("the loop's timer failed: {}", std::system_category().message(timer_error));
     std::string text = to_string(loop.action);
     if (!loop.causes.empty()) text += ": " + describe(loop.causes);
     if (loop.causes.empty() && !loop.obeyed) text += ": the drives do not take the commands yet";
@@ -320,7 +321,7 @@ void Controller::watch(StrokeDesk& desk) {
   std::uint64_t foreign = 0;
   while (!process_.wait(std::chrono::milliseconds{20})) {
     if (const int error = links_.timer_error; error != 0)
-      throw std::runtime_error(fmt::format("clock_nanosleep failed: {}", std::strerror(error)));
+      throw std::runtime_error(fmt::format("clock_nanosleep failed: {}", std::system_category().message(error)));
     if (const auto count = foreign_.count.load(); count != std::exchange(foreign, count)) {
       desk.report_foreign_commander();
     }

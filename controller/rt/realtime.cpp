@@ -10,8 +10,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <memory>
+#include <system_error>
 
 namespace breakshot::rt {
 
@@ -37,7 +37,7 @@ std::size_t stack_size_of_this_thread() noexcept {
   return bytes;
 }
 
-std::string failed(const std::string& what, int error) { return what + ": " + std::strerror(error); }
+std::string failed(const std::string& what, int error) { return what + ": " + std::system_category().message(error); }
 
 }  // namespace
 

@@ -19,9 +19,9 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cstring>
 #include <ctime>
 #include <optional>
+#include <system_error>
 #include <thread>
 
 namespace breakshot::sim_bridge {
@@ -57,7 +57,7 @@ void ask_for_realtime(int priority) {
       "code=not_realtime the physics thread runs without SCHED_FIFO priority {}: {}. Effect: on a busy machine the simulated drives fall "
       "behind and catch up. "
       "To grant it: run as root, or LimitRTPRIO= in the unit",
-      priority, std::strerror(error));
+      priority, std::system_category().message(error));
 }
 
 class SimBridge {
