@@ -37,12 +37,12 @@ Progress progress(double x) noexcept {
     const Progress mirror = progress(1.0 - x);
     return {0.5 - (1.0 - x) + mirror.covered, 1.0 - mirror.speed, mirror.change, -mirror.change2};
   }
-  constexpr double slope = kPeak / kRamp;
-  if (x < kRamp) return {x - slope * x * x * x / 6.0, 1.0 - 0.5 * slope * x * x, -slope * x, -slope};
+  constexpr double kSlope = kPeak / kRamp;
+  if (x < kRamp) return {x - kSlope * x * x * x / 6.0, 1.0 - 0.5 * kSlope * x * x, -kSlope * x, -kSlope};
   const double y = x - kRamp;
-  constexpr double speed_r = 1.0 - 0.5 * kPeak * kRamp;
-  constexpr double covered_r = kRamp - kPeak * kRamp * kRamp / 6.0;
-  return {covered_r + speed_r * y - 0.5 * kPeak * y * y, speed_r - kPeak * y, -kPeak, 0.0};
+  constexpr double kSpeedR = 1.0 - 0.5 * kPeak * kRamp;
+  constexpr double kCoveredR = kRamp - kPeak * kRamp * kRamp / 6.0;
+  return {kCoveredR + kSpeedR * y - 0.5 * kPeak * y * y, kSpeedR - kPeak * y, -kPeak, 0.0};
 }
 
 bool at_rest(const TrajectoryPoint& point) noexcept {

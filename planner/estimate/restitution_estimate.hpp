@@ -31,7 +31,7 @@ class RestitutionEstimate {
   /// Cost: some milliseconds, for a thousand rollouts.
   /// @param friction  what is believed of it now
   /// @return whether the hit said anything: it must have kept all discs, known one by one
-  bool on_hit(const ObservedHit& hit, const strategy::Belief& friction, std::uint64_t seed);
+  bool on_hit(const ObservedHit& observed, const strategy::Belief& friction, std::uint64_t seed);
 
   strategy::Belief belief() const noexcept { return belief_.belief(); }
 

@@ -106,7 +106,9 @@ std::vector<HybridStrategy::SpeedTrial> HybridStrategy::try_speeds(const TableMo
   const double fastest = std::min(rules.hit_speed_max * context.speed_scale, context.hit_speed_cap);
   std::vector<SpeedTrial> trials;
   why_ended = "the arm is too slow there";
-  for (double speed = rules.hit_speed_min; speed <= fastest + 1e-9; speed += rules.hit_speed_step) {
+  const auto steps = static_cast<int>(std::floor((fastest - rules.hit_speed_min) / rules.hit_speed_step + 1e-6));
+  for (int step = 0; step <= steps; ++step) {
+    const double speed = rules.hit_speed_min + step * rules.hit_speed_step;
     if (!hit_has_room(model, aim, speed, why_ended)) break;
     auto trial = trial_.run(model, hit_stroke(aim.p_WS, aim.direction_W, speed, rules), context, why_ended);
     if (!trial) break;

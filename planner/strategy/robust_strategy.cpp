@@ -47,7 +47,10 @@ Decision RobustStrategy::decide(const Scene& scene, const DecisionContext& conte
   // The world that is believed most: what fails there need not be looked at further.
   for (Scored& one : all) try_in_worlds(one, worlds, 1);
   const double now = settings_.robust.pair_time * static_cast<double>(model->pairs.size()) + settings_.robust.lost_price * outside_now_;
-  std::erase_if(all, [&](const Scored& one) { return one.worlds == 0 || one.lost_more > 0 || one.mean() - stroke_time(one) >= now; });
+  std::erase_if(all, [&](const Scored& one) { return one.worlds == 0 || one.lost_more > 0; });
+  // Where nothing improves matters (a crowd, one pair left in its middle), the stroke that spoils least is better than giving up.
+  const auto improves = [&](const Scored& one) { return one.mean() - stroke_time(one) < now; };
+  if (std::any_of(all.begin(), all.end(), improves)) std::erase_if(all, [&](const Scored& one) { return !improves(one); });
   reject_successively(all, worlds);
   std::string refusal;
   if (context.filter != nullptr) ask_arm(all, worlds, *context.filter, refusal);
@@ -57,7 +60,7 @@ Decision RobustStrategy::decide(const Scene& scene, const DecisionContext& conte
     decision.options.push_back(option_of(one, worlds));
   }
   if (decision.options.empty()) {
-    decision.why = tried == 0 ? "no stroke has room" : "none of " + std::to_string(tried) + " strokes improves matters";
+    decision.why = tried == 0 ? "no stroke has room" : "each of " + std::to_string(tried) + " strokes would lose a disc or cannot be run";
     if (!refusal.empty()) decision.why += "; " + refusal;
     return decision;
   }
