@@ -24,6 +24,10 @@ constexpr double kMotionSigma = 3e-5;
 constexpr double kStraight = 4.0;
 /// Share of looks that are wrong without showing it.
 constexpr double kOutliers = 0.1;
+/// How likely it is that the table is not the one that the prior speaks of, and how far off it may be then (logarithm, standard deviation): a prior without
+/// such a tail would outvote what is seen for many looks.
+constexpr double kOtherTable = 0.02;
+constexpr double kOtherWidth = 0.4;
 constexpr std::size_t kMostLooks = 200;
 /// Over this distance friction is about the same, m.
 constexpr double kCorrelation = 0.15;
@@ -33,10 +37,12 @@ constexpr double kCorrelation = 0.15;
 FrictionEstimate::FrictionEstimate(const FrictionPrior& prior) : prior_{prior}, belief_{kLeast, kMost, kPoints} {
   constexpr double kZ95 = 1.96;
   const double width = std::max(std::log(prior.factor) / kZ95, 1e-3);
-  belief_.set_prior([&](double mu) {
-    const double z = std::log(mu / prior.mean) / width;
-    return -0.5 * z * z - std::log(mu);
-  });
+  const auto log_normal = [&](double mu, double sigma) {
+    const double z = std::log(mu / prior.mean) / sigma;
+    return std::exp(-0.5 * z * z) / (sigma * mu);
+  };
+  belief_.set_prior(
+      [&](double mu) { return std::log((1.0 - kOtherTable) * log_normal(mu, width) + kOtherTable * log_normal(mu, kOtherWidth)); });
 }
 
 void FrictionEstimate::on_scene(const Scene& scene) {

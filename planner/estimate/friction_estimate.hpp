@@ -10,7 +10,7 @@ namespace breakshot::estimate {
 
 struct FrictionPrior {
   double mean = 0.25;
-  double factor = 1.3;  ///< 95 % of the prior lie within the mean times and over this
+  double factor = 1.15;  ///< 95 % of the prior lie within the mean times and over this, a few beyond it wherever mu may be
   double local_spread =
       0.05;  ///< how much mu varies from place to place, relative: an observation says no more than this of the whole table
 };

@@ -6,9 +6,9 @@
 namespace breakshot::estimate {
 
 struct EstimateSettings {
-  double friction_factor = 1.3;         ///< FrictionPrior::factor
+  double friction_factor = 1.15;        ///< FrictionPrior::factor
   double friction_local_spread = 0.05;  ///< FrictionPrior::local_spread
-  double restitution_sigma = 0.05;      ///< RestitutionPrior::sigma
+  double restitution_sigma = 0.03;      ///< RestitutionPrior::sigma
 };
 
 /// What the planner learns of its table, over all strokes of its life: friction from discs that slide, restitution from what hits come to.
