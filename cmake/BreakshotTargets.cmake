@@ -24,6 +24,14 @@ function(breakshot_program name)
   endif()
 endfunction()
 
+# breakshot_sanitized(TEST): what a test needs in a sanitizer's build.
+function(breakshot_sanitized name)
+  # Fast DDS 2.9 frees its history pools by a base class's size (RTPSReader, RTPSWriter): not ours to mend, and it hides what is.
+  if(BREAKSHOT_SANITIZE MATCHES address)
+    set_tests_properties(${name} PROPERTIES ENVIRONMENT "ASAN_OPTIONS=new_delete_type_mismatch=0")
+  endif()
+endfunction()
+
 # breakshot_test(NAME SOURCES ... LINK deps... [LABELS ...] [TIMEOUT s]): a gtest program that CTest runs whole.
 # BREAKSHOT_SOURCE_DIR tells tests where config/ is.
 function(breakshot_test name)
@@ -36,5 +44,9 @@ function(breakshot_test name)
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
   endif()
+  if(BREAKSHOT_SANITIZE)
+    math(EXPR arg_TIMEOUT "10 * ${arg_TIMEOUT}")
+  endif()
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
+  breakshot_sanitized(${name})
 endfunction()

@@ -16,8 +16,8 @@ constexpr double kMost = 1.5;
 constexpr std::size_t kPoints = 1500;
 /// Scenes further apart than this do not show a deceleration: at 30 Hz, one lost frame.
 constexpr Duration kLongestGap = std::chrono::milliseconds{70};
-/// Slower than this, the stop is near and noise is large.
-constexpr double kSlowest = 0.08;  // m/s
+/// What shows that a disc had not stopped before.
+constexpr double kStillMoving = 0.02;  // m/s
 /// Errors of one disc's positions from frame to frame that its covariance does not hold (motion within the exposure), m.
 constexpr double kMotionSigma = 3e-5;
 /// An impact bends the track by more than noise: standard deviations.
@@ -80,7 +80,7 @@ void FrictionEstimate::watch(Track& track) {
   const auto bent = [&](const Vector2& a, const Vector2& b, double t) {
     return std::abs(perpendicular(a.normalized()).dot(b)) * t > kStraight * 2.0 * sigma_p || a.dot(b) <= 0.0;
   };
-  const bool moves = v1.norm() > kSlowest && v2.norm() > kSlowest && v3.norm() > 0.25 * kSlowest;
+  const bool moves = v1.norm() > prior_.slowest && v2.norm() > prior_.slowest && v3.norm() > kStillMoving;
   if (!moves || bent(v1, v2, t2) || bent(v2, v3, t3) || v2.norm() > v1.norm() + 4.0 * sigma_p / t2) {
     places.erase(places.begin());
     return;

@@ -11,8 +11,9 @@ namespace breakshot::estimate {
 struct FrictionPrior {
   double mean = 0.25;
   double factor = 1.15;  ///< 95 % of the prior lie within the mean times and over this, a few beyond it wherever mu may be
-  double local_spread =
-      0.05;  ///< how much mu varies from place to place, relative: an observation says no more than this of the whole table
+  /// How much mu varies from place to place, relative: an observation says no more than this of the whole table.
+  double local_spread = 0.05;
+  double slowest = 0.2;  ///< discs not faster than this say nothing: a push may be driving them, or the stop is near, m/s
 };
 
 /// Learns the friction between discs and table by watching discs slide.

@@ -2,8 +2,16 @@
 
 namespace breakshot::estimate {
 
+namespace {
+
+/// A disc that the striker drives is at most so much faster than it.
+constexpr double kFasterThanPushes = 1.3;
+
+}  // namespace
+
 TableEstimate::TableEstimate(const EstimateSettings& settings, const strategy::StrategySettings& strategy)
-    : friction_{{strategy.cell.world.friction, settings.friction_factor, settings.friction_local_spread}},
+    : friction_{{strategy.cell.world.friction, settings.friction_factor, settings.friction_local_spread,
+                 kFasterThanPushes * strategy.rules.push_speed}},
       restitution_{{strategy.cell.world.restitution, settings.restitution_sigma}, strategy} {}
 
 void TableEstimate::on_hit(const ObservedHit& hit) {

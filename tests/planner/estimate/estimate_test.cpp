@@ -96,6 +96,21 @@ TEST(FrictionEstimate, SaysNothingNewOfDiscsAtRest) {
   EXPECT_NEAR(estimate.belief().mean, 0.25, 0.01);
 }
 
+TEST(FrictionEstimate, TakesNoDiscThatIsPushedForOneThatSlidesWithoutFriction) {
+  FrictionEstimate estimate{{.mean = 0.25, .slowest = 1.3 * 0.15}};
+  for (int frame = 0; frame < 60; ++frame) {
+    Scene scene;
+    scene.exposed = Time{std::chrono::milliseconds{1000 + 33 * frame}};
+    SceneDisc disc;
+    disc.id = 1;
+    disc.p_WD = {0.15 * 0.033 * frame, 0.0};
+    disc.covariance = 1e-9 * Matrix2::Identity();
+    scene.discs = {disc};
+    estimate.on_scene(scene);
+  }
+  EXPECT_NEAR(estimate.belief().mean, 0.25, 0.01);
+}
+
 TEST(FrictionEstimate, KnowsARougherCornerFromASmootherOne) {
   Slides table{9};
   FrictionEstimate estimate{{.mean = 0.25, .factor = 1.3, .local_spread = 0.10}};
