@@ -8,6 +8,17 @@ function(breakshot_library name)
   target_include_directories(breakshot_${name} PUBLIC ${PROJECT_SOURCE_DIR})
 endfunction()
 
+# breakshot_sanitized(TARGET): what an executable needs in a sanitizer's build.
+if(BREAKSHOT_SANITIZE MATCHES address)
+  add_library(breakshot_sanitizer_defaults OBJECT ${PROJECT_SOURCE_DIR}/cmake/sanitizer_defaults.cpp)
+endif()
+function(breakshot_sanitized target)
+  if(TARGET breakshot_sanitizer_defaults)
+    target_sources(${target} PRIVATE $<TARGET_OBJECTS:breakshot_sanitizer_defaults>)
+    set_target_properties(${target} PROPERTIES ENABLE_EXPORTS ON)  # so that libraries, too, find what it overrides
+  endif()
+endfunction()
+
 # Everything that runs, without the tests: what `./breakshot demo` and `up` build.
 add_custom_target(breakshot_programs)
 
@@ -17,18 +28,11 @@ function(breakshot_program name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
   add_executable(breakshot-${name} ${arg_SOURCES})
   target_link_libraries(breakshot-${name} PRIVATE breakshot_compile ${arg_LINK})
+  breakshot_sanitized(breakshot-${name})
   set_target_properties(breakshot-${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
   if(NOT name MATCHES "^bench-")
     add_dependencies(breakshot_programs breakshot-${name})
     install(TARGETS breakshot-${name} RUNTIME DESTINATION bin)
-  endif()
-endfunction()
-
-# breakshot_sanitized(TEST): what a test needs in a sanitizer's build.
-function(breakshot_sanitized name)
-  # Fast DDS 2.9 frees its history pools by a base class's size (RTPSReader, RTPSWriter): not ours to mend, and it hides what is.
-  if(BREAKSHOT_SANITIZE MATCHES address)
-    set_tests_properties(${name} PROPERTIES ENVIRONMENT "ASAN_OPTIONS=new_delete_type_mismatch=0")
   endif()
 endfunction()
 
@@ -38,6 +42,7 @@ function(breakshot_test name)
   cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE breakshot_compile ${arg_LINK} GTest::gtest GTest::gmock GTest::gtest_main)
+  breakshot_sanitized(${name})
   target_compile_definitions(${name} PRIVATE BREAKSHOT_SOURCE_DIR="${PROJECT_SOURCE_DIR}" BREAKSHOT_BINARY_DIR="${PROJECT_BINARY_DIR}")
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   add_test(NAME ${name} COMMAND ${name})
@@ -48,5 +53,4 @@ function(breakshot_test name)
     math(EXPR arg_TIMEOUT "10 * ${arg_TIMEOUT}")
   endif()
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
-  breakshot_sanitized(${name})
 endfunction()

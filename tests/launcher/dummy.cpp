@@ -78,7 +78,10 @@ int main(int argc, char** argv) {
       std::printf("child %d\n", child);
     }
     if (word == "exit") return std::atoi(operand().c_str());
-    if (word == "crash") std::raise(SIGSEGV);
+    if (word == "crash") {
+      std::signal(SIGSEGV, SIG_DFL);  // a sanitizer has a handler of its own
+      std::raise(SIGSEGV);
+    }
     std::fflush(stdout);
     if (word == "hang") hang();
   }
