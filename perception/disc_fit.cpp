@@ -12,15 +12,18 @@ namespace {
 
 constexpr int kDirections = 144;     // one per 1.5 px of a 30 mm disc's outline: closer ones would share their pixels' noise
 constexpr double kSampleStep = 0.5;  // px, along a profile across the rim
-// Half a profile's length, px, per pass. The first must bridge the guess's error; the later ones stay close to the edge, where shadows and
+// Half a profile's length, px, per pass. The first must bridge the guess's error; the others stay close to the edge, where shadows and
 // bevels have no room to change the colours that the two sides are measured by.
-constexpr std::array<double, 3> kReach{3.5, 1.5, 1.5};
+constexpr std::array<double, 2> kReach{3.5, 1.5};
+constexpr double kClear = 2.5;  // px beyond the rim that no neighbour may reach: half a profile and the neighbour's blur
 constexpr std::size_t kMaxSamples = 15;
 constexpr double kRimBlur = 1.5;       // px: from there on an edge's blur has faded
 constexpr double kMinContrast = 15.0;  // distance of the two sides in RGB, [0, 255]: five times the noise of a sample
 constexpr double kTukey = 4.685;       // 95 % efficiency for normal errors (Holland and Welsch 1977)
 constexpr double kPatches = 8.0;       // of an outline that share one draw of edge_patch_sigma
 constexpr double kAgree = 4.0;         // of edge_sigma_floor: edges this near to a circle agree with it
+constexpr double kLeastSeen = 0.10;    // share of the outline below which not even neighbours all around excuse a disc
+constexpr double kVaguest = 0.7e-3;    // m: standard deviation of a centre that is worth reporting
 constexpr double kMostlySeen = 0.08;   // share of the outline that highlights and noise may cost a disc in full view
 
 using Colour = Eigen::Vector3f;
@@ -144,6 +147,13 @@ bool DiscFitter::occluded(const DepthFrame& depth, const Vector2& pixel) const n
   return (camera.X_WC * p_C).z() > settings_.occluder_height;
 }
 
+// What neighbours hide does not count against a disc: in a dense pack little of an outline shows, but all around.
+bool DiscFitter::too_little(std::size_t seen, int explained) const noexcept {
+  const double share = static_cast<double>(seen) / kDirections;
+  const double free = 1.0 - static_cast<double>(explained) / kDirections;
+  return share < kLeastSeen || share < settings_.min_seen_arc_deg / 360.0 * free;
+}
+
 DiscFitter::Look DiscFitter::look(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& disc, std::span<const CircleGuess> near,
                                   const Vector2& n_W, double reach, double& range) const {
   const bool top = view_.top_rim_bounds(disc.p_WD, disc.radius, n_W);
@@ -159,7 +169,7 @@ DiscFitter::Look DiscFitter::look(const cv::Mat3b& rgb, const DepthFrame* depth,
   const Vector2 step = across.normalized() * kSampleStep;
 
   // What lies just outside, along its ray from the plane of the top faces down to the table.
-  const Vector2 far_end = rim + kReach.front() / pixels_per_metre * n_W;
+  const Vector2 far_end = rim + std::max(reach, kClear) / pixels_per_metre * n_W;
   const Vector2 ray_top = top ? far_end : view_.top_of_ray(far_end);
   const Vector2 ray_base = top ? view_.base_of_ray(far_end) : far_end;
   for (const auto& other : near) {
@@ -195,7 +205,7 @@ DiscFitter::Look DiscFitter::look(const cv::Mat3b& rgb, const DepthFrame* depth,
 }
 
 std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& guess,
-                                       std::span<const CircleGuess> all, std::size_t self) const {
+                                       std::span<const CircleGuess> all, std::size_t self, bool fitted_before) const {
   CircleGuess disc = guess;
   std::vector<CircleGuess> near;
   // A wall shifts by at most height / (camera height - height) of the distance from the camera's foot; 30 mm covers the image's corners.
@@ -210,8 +220,8 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
   errors.reserve(kDirections);
   int explained = 0;  // directions without an edge for a reason that says nothing against the disc
   double sigma = 0.0;
-  Matrix3 normal;
-  for (const double reach : kReach) {
+  Matrix3 normal{Matrix3::Zero()};
+  for (const double reach : std::span{kReach}.subspan(fitted_before ? 1 : 0)) {
     edges.clear();
     explained = 0;
     for (int k = 0; k < kDirections; ++k) {
@@ -228,7 +238,7 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
       const Vector3 most = circle_of_most(edges, tolerance);
       std::erase_if(edges, [&](const Edge& edge) { return std::abs(edge.error(most)) > tolerance; });
     }
-    if (static_cast<double>(edges.size()) * 360.0 / kDirections < settings_.min_seen_arc_deg) return std::nullopt;
+    if (too_little(edges.size(), explained)) return std::nullopt;
 
     // Robust least squares for the centre's shift and the radius; the errors are small, so two or three rounds settle it.
     Vector3 x{0.0, 0.0, disc.radius};
@@ -265,10 +275,11 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
   fit.seen_share = static_cast<double>(good) / kDirections;
   fit.hidden_share = static_cast<double>(kDirections - explained - good) / kDirections;
   fit.complete = fit.hidden_share < kMostlySeen;
-  if (360.0 * fit.seen_share < settings_.min_seen_arc_deg) return std::nullopt;
+  if (too_little(static_cast<std::size_t>(good), explained)) return std::nullopt;
   // Points that share an error count as one.
   const double patch = settings_.edge_patch_sigma * settings_.edge_patch_sigma * kDirections / kPatches;
   fit.covariance = (sigma * sigma + patch) * normal.inverse();
+  if (fit.covariance.topLeftCorner<2, 2>().trace() > kVaguest * kVaguest) return std::nullopt;
   fit.covariance(2, 2) += settings_.edge_common_sigma * settings_.edge_common_sigma;
   return fit;
 }

@@ -6,6 +6,7 @@
 #include "perception/outline_guess.hpp"
 #include "perception/paper_contours.hpp"
 #include "perception/segmentation.hpp"
+#include "perception/table_light.hpp"
 #include "perception/tracker.hpp"
 #include "perception/view.hpp"
 
@@ -60,6 +61,7 @@ class Perceiver::Impl {
         view_{camera, settings.disc_height},
         arm_{camera, arm, X_WB, settings.arm_margin},
         image_check_{camera.width, camera.height, settings.dark_level},
+        meter_{settings.table_rgb},
         segmenter_{settings_},
         guesser_{view_, settings_, arm_},
         fitter_{view_, settings_, segmenter_, arm_},
@@ -90,9 +92,18 @@ class Perceiver::Impl {
         depth = nullptr;
       }
     }
+    std::string why;
+    const auto light = meter_.measure(color, why);
+    if (!light) {
+      scene.quality = SceneQuality::kBadImage;
+      scene.text = "colour frame " + std::to_string(color.seq) + ": " + why;
+      scene.max_speed = std::numeric_limits<double>::infinity();
+      tracker_.interrupt();
+      return scene;
+    }
     // OpenCV has no header over constant pixels; nothing here writes to it.
     const cv::Mat3b rgb(color.height, color.width, reinterpret_cast<cv::Vec3b*>(const_cast<std::uint8_t*>(color.rgb.data())));
-    const auto& regions = segmenter_.segment(rgb, min_area_px_);
+    const auto& regions = segmenter_.segment(rgb, *light, min_area_px_);
     fit_discs(rgb, depth, regions);
     add_discs(scene);
     add_contacts(scene, regions);
@@ -109,7 +120,7 @@ class Perceiver::Impl {
     for (int round = 0; round < 2; ++round) {
       fits_.clear();
       for (std::size_t i = 0; i < guesses_.size(); ++i) {
-        if (const auto fit = fitter_.fit(rgb, depth, guesses_[i], guesses_, i)) fits_.push_back(*fit);
+        if (const auto fit = fitter_.fit(rgb, depth, guesses_[i], guesses_, i, round > 0)) fits_.push_back(*fit);
       }
       drop_overlapping();
       guesses_.clear();
@@ -166,6 +177,7 @@ class Perceiver::Impl {
   View view_;
   ArmMask arm_;
   ImageCheck image_check_;
+  LightMeter meter_;
   Segmenter segmenter_;
   OutlineGuesser guesser_;
   DiscFitter fitter_;

@@ -28,6 +28,8 @@ PerceptionConfig load_perception_config(const ConfigDocument& document, const Ce
   s.radius_max = cell.disc_radius_max;
   s.p_WB = cell.arm.X_WB.translation().head<2>();
 
+  const Vector3 table = node.vector3("table_rgb", {8.0, 255.0}, "");
+  s.table_rgb = {table.x(), table.y(), table.z()};
   s.morphology_px = odd_pixels(node, "morphology_px");
   s.edge_gamma = node.number("edge_gamma", {0.5, 3.0}, "");
   s.min_seen_arc_deg = node.number("min_seen_arc_deg", {30.0, 360.0}, "deg");

@@ -2,6 +2,7 @@
 
 #include "common/geometry.hpp"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,7 @@ struct PerceptionSettings {
   Vector2 p_WB{-0.5, 0.0};           ///< base of the arm: pushes start at the end nearer to it
 
   // The section `perception`.
+  std::array<double, 3> table_rgb{194.0, 191.0, 184.0};  ///< colour of the table under the reference light, encoded, [0, 255]
   double radius_min = 0.015, radius_max = 0.060;  ///< what counts as a disc, m
   int morphology_px = 3;                          ///< side of the square of opening and closing, px, odd
   /// Exponent of the camera's encoding, by which pixel values become light before edges are measured: 2.2 for a real camera, whose pixels

@@ -78,12 +78,10 @@ TEST_F(BadImages, WithoutLightAreRefused) {
   EXPECT_EQ(perceiver.process(next().color, nullptr).quality, SceneQuality::kOk);
 }
 
-TEST_F(BadImages, GreyOnesShowNoDiscs) {
+TEST_F(BadImages, WithoutColourAreRefused) {
   auto frame = next().color;
   for (std::size_t i = 0; i < frame.rgb.size(); i += 3) frame.rgb[i + 1] = frame.rgb[i + 2] = frame.rgb[i];
-  const Scene scene = perceiver.process(frame, nullptr);
-  EXPECT_EQ(scene.quality, SceneQuality::kOk);
-  EXPECT_TRUE(scene.discs.empty());
+  expect_refused(frame, SceneQuality::kBadImage, "found no colour: red, green and blue are equal everywhere");
 }
 
 TEST_F(BadImages, DepthThatDoesNotFitIsIgnoredAndSaidSo) {

@@ -106,6 +106,7 @@ PerceptionSettings test_settings() {
   settings.colours = {{"red", 345, 12},   {"orange", 15, 38}, {"yellow", 45, 70},   {"green", 100, 150},
                       {"cyan", 165, 200}, {"blue", 210, 245}, {"violet", 255, 290}, {"magenta", 305, 340}};
   settings.edge_gamma = kGamma;
+  for (std::size_t c = 0; c < 3; ++c) settings.table_rgb[c] = 255.0 * std::pow(kTable[static_cast<Eigen::Index>(c)], 1.0 / kGamma);
   return settings;
 }
 
@@ -172,6 +173,24 @@ std::vector<SyntheticDisc> random_discs(std::uint32_t seed, int n, const Rect& a
                              static_cast<std::uint8_t>(discs.size() % kColours.size())};
     const bool free = std::all_of(discs.begin(), discs.end(), [&](const SyntheticDisc& other) {
       return (disc.p_WD - other.p_WD).norm() >= disc.radius + other.radius + min_gap;
+    });
+    if (free) discs.push_back(disc);
+  }
+  return discs;
+}
+
+std::vector<SyntheticDisc> touching_discs(std::uint32_t seed, int n, const Rect& area, double radius_min, double radius_max, int colours) {
+  std::mt19937 random{seed};
+  const auto uniform = [&](double low, double high) { return low + (high - low) * (static_cast<double>(random()) / 4294967296.0); };
+  std::vector<SyntheticDisc> discs{{0.5 * (area.min + area.max), uniform(radius_min, radius_max), 0}};
+  while (static_cast<int>(discs.size()) < n) {
+    const SyntheticDisc& host = discs[random() % discs.size()];
+    const double radius = uniform(radius_min, radius_max), bearing = uniform(0.0, 2.0 * CV_PI);
+    const SyntheticDisc disc{host.p_WD + (host.radius + radius) * Vector2{std::cos(bearing), std::sin(bearing)}, radius,
+                             static_cast<std::uint8_t>(discs.size() % static_cast<std::size_t>(colours))};
+    if (!area.contains(disc.p_WD)) continue;
+    const bool free = std::all_of(discs.begin(), discs.end(), [&](const SyntheticDisc& other) {
+      return &other == &host || (disc.p_WD - other.p_WD).norm() >= disc.radius + other.radius;
     });
     if (free) discs.push_back(disc);
   }

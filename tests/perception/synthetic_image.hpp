@@ -45,4 +45,7 @@ SyntheticFrames render(const SyntheticScene& scene, const CameraModel& camera, s
 /// n discs without overlap, centres within `area`, any two at least `min_gap` apart; colours differ as long as there are enough.
 std::vector<SyntheticDisc> random_discs(std::uint32_t seed, int n, const Rect& area, double min_gap, double radius_min, double radius_max);
 
+/// n discs of which each touches at least one other, in as many colours.
+std::vector<SyntheticDisc> touching_discs(std::uint32_t seed, int n, const Rect& area, double radius_min, double radius_max, int colours);
+
 }  // namespace breakshot::perception::test
