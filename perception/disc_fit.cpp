@@ -19,6 +19,9 @@ constexpr double kClear = 2.5;  // px beyond the rim that no neighbour may reach
 constexpr std::size_t kMaxSamples = 15;
 constexpr double kRimBlur = 1.5;       // px: from there on an edge's blur has faded
 constexpr double kMinContrast = 15.0;  // distance of the two sides in RGB, [0, 255]: five times the noise of a sample
+// Weight of an edge where the wall meets the table beside one of the top rim: shadow there shifts it by some 0.05 px, by more or less under
+// other lamps.
+constexpr double kTrustInFoot = 0.2;
 constexpr double kTukey = 4.685;       // 95 % efficiency for normal errors (Holland and Welsch 1977)
 constexpr double kPatches = 8.0;       // of an outline that share one draw of edge_patch_sigma
 constexpr double kAgree = 4.0;         // of edge_sigma_floor: edges this near to a circle agree with it
@@ -50,29 +53,42 @@ double distance_to_segment(const Vector2& c, const Vector2& a, const Vector2& b)
 
 // How much of a colour is the disc's and how much is what lies outside.
 //
-// Usually the two differ in hue: the colour is then split into a part along `inside` and one along `outside`, and the second part is the
-// answer. However much brighter or darker than the sample the disc is (a bevel, its wall beside its top), only the first part changes.
-// Where the two are nearly parallel (a grey disc, deep shadow) the answer is the place between them.
+// Usually the two differ in hue: the colour is then split into a part along `inside` and one along `outside`. Beside a sharp edge both sides may
+// be brighter or darker than the sample that they are told by (a bevel, a wall that darkens towards its foot, the brim of a shadow): the outside's
+// part of the sum hardly follows that, as long as it happens to both alike. Where the inside of the sample is another face than the one
+// that ends here (the top face past a narrow wall), only the outside's part itself means something. Where the two are nearly parallel (a grey
+// disc, deep shadow) the answer is the place between them.
 class Mixture {
  public:
-  Mixture(const Colour& inside, const Colour& outside) noexcept {
-    const float cosine = inside.dot(outside) / std::max(1e-6F, inside.norm() * outside.norm());
-    by_hue_ = 1.0F - cosine * cosine > kMinSine * kMinSine && outside.norm() > kMinLight;
-    // The part of `outside` that is perpendicular to `inside` measures the share of the outside whatever the disc's brightness.
-    axis_ = by_hue_ ? Colour{outside - inside * (inside.dot(outside) / inside.squaredNorm())} : Colour{outside - inside};
+  enum class By : std::uint8_t { kShare, kOutside };
+
+  Mixture(const Colour& inside, const Colour& outside, By by) noexcept {
+    const float dot = inside.dot(outside);
+    const float cosine = dot / std::max(1e-6F, inside.norm() * outside.norm());
+    by_hue_ = 1.0F - cosine * cosine > kMinSine * kMinSine && std::min(inside.norm(), outside.norm()) > kMinLight;
+    // The part of `outside` that is perpendicular to `inside` measures the outside whatever the disc's brightness, and the other way round.
+    axis_ = by_hue_ ? Colour{outside - inside * (dot / inside.squaredNorm())} : Colour{outside - inside};
     axis_ /= axis_.squaredNorm();
     origin_ = by_hue_ ? 0.0F : inside.dot(axis_);
+    if (!by_hue_ || by == By::kOutside) return;
+    sum_ = Colour{inside - outside * (dot / outside.squaredNorm())};
+    sum_ = sum_ / sum_.squaredNorm() + axis_;
+    of_sum_ = true;
   }
   bool by_hue() const noexcept { return by_hue_; }
   /// 0 inside, 1 outside.
-  float outside_share(const Colour& colour) const noexcept { return colour.dot(axis_) - origin_; }
+  float outside_share(const Colour& colour) const noexcept {
+    const float outside = colour.dot(axis_) - origin_;
+    return of_sum_ ? outside / std::max(kLeastSum, colour.dot(sum_)) : outside;
+  }
 
  private:
   static constexpr float kMinSine = 0.15F;  // of the angle between the two colours: below, noise grows by more than six
   static constexpr float kMinLight = 12.0F;
-  Colour axis_;
+  static constexpr float kLeastSum = 0.1F;
+  Colour axis_, sum_{0.0F, 0.0F, 0.0F};
   float origin_ = 0.0F;
-  bool by_hue_ = false;
+  bool by_hue_ = false, of_sum_ = false;
 };
 
 // Where a profile passes half-way from its inside to its outside, in samples from its middle; nothing when it does not.
@@ -155,7 +171,8 @@ bool DiscFitter::too_little(std::size_t seen, int explained) const noexcept {
 }
 
 DiscFitter::Look DiscFitter::look(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& disc, std::span<const CircleGuess> near,
-                                  const Vector2& n_W, double reach, double& range) const {
+                                  double reach, Edge& edge) const {
+  const Vector2& n_W = edge.n_W;
   const bool top = view_.top_rim_bounds(disc.p_WD, disc.radius, n_W);
   const double z = view_.rim_height(top);
   const Vector2 rim = disc.p_WD + disc.radius * n_W;
@@ -194,13 +211,14 @@ DiscFitter::Look DiscFitter::look(const cv::Mat3b& rgb, const DepthFrame* depth,
   const Colour inside = (profile[0] + profile[1]) / 2.0F;
   const Colour outside = (profile[samples - 1] + profile[samples - 2]) / 2.0F;
   if ((inside - outside).norm() < static_cast<float>(kMinContrast)) return Look::kHidden;
-  const Mixture mixture{inside, outside};
   // Past a narrow wall the inside of the profile is the top face: brighter than the wall, so only hue finds the wall's edge.
   const bool narrow = !top && view_.wall_width(disc.p_WD, disc.radius, n_W) * pixels_per_metre < reach + kRimBlur;
+  const Mixture mixture{inside, outside, narrow ? Mixture::By::kOutside : Mixture::By::kShare};
   if (narrow && !mixture.by_hue()) return Look::kNarrowWall;
   const auto at = half_way(profile, mixture);
   if (!at) return Look::kHidden;
-  range = disc.radius + *at * kSampleStep / pixels_per_metre;
+  edge.range = disc.radius + *at * kSampleStep / pixels_per_metre;
+  edge.trust = top ? 1.0 : kTrustInFoot;
   return Look::kEdge;
 }
 
@@ -226,10 +244,10 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
     explained = 0;
     for (int k = 0; k < kDirections; ++k) {
       const double angle = 2.0 * CV_PI * k / kDirections;
-      const Vector2 n_W{std::cos(angle), std::sin(angle)};
-      double range = 0.0;
-      const Look seen = look(rgb, depth, disc, near, n_W, reach, range);
-      if (seen == Look::kEdge) edges.push_back({n_W, range, 1.0});
+      Edge edge;
+      edge.n_W = {std::cos(angle), std::sin(angle)};
+      const Look seen = look(rgb, depth, disc, near, reach, edge);
+      if (seen == Look::kEdge) edges.push_back(edge);
       if (seen == Look::kNeighbour || seen == Look::kNarrowWall) ++explained;
     }
     // Something may cover the disc: its edges must not bend the circle.
@@ -253,8 +271,8 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
         const double inside = 1.0 - error * error;
         e.weight = inside > 0.0 ? inside * inside : 0.0;
         const Vector3 row{e.n_W.x(), e.n_W.y(), 1.0};
-        normal += e.weight * row * row.transpose();
-        right += e.weight * e.range * row;
+        normal += e.trust * e.weight * row * row.transpose();
+        right += e.trust * e.weight * e.range * row;
       }
       const auto solver = normal.ldlt();
       if (solver.rcond() < 1e-6) return std::nullopt;

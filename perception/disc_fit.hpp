@@ -50,9 +50,10 @@ class DiscFitter {
 
   /// One place of a disc's outline.
   struct Edge {
-    Vector2 n_W;    ///< direction from the centre
-    double range;   ///< distance of the edge from the centre that it was measured about, m
-    double weight;  ///< in the fit, 0 to 1
+    Vector2 n_W{1.0, 0.0};  ///< direction from the centre
+    double range = 0.0;     ///< distance of the edge from the centre that it was measured about, m
+    double trust = 1.0;     ///< weight by what kind of edge it is, 0 to 1
+    double weight = 1.0;    ///< by how well it agrees with the circle, 0 to 1
     /// Its distance from the circle x = (x, y, radius), which lies about that centre, m.
     double error(const Vector3& x) const noexcept { return range - x.z() - n_W.dot(x.head<2>()); }
   };
@@ -65,9 +66,9 @@ class DiscFitter {
     kHidden,      // no edge of this disc there
   };
 
-  // Measures the edge in direction n_W within `reach` px of the disc's predicted rim; `range` receives its distance from the centre.
-  Look look(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& disc, std::span<const CircleGuess> near, const Vector2& n_W,
-            double reach, double& range) const;
+  // Measures the edge in direction edge.n_W within `reach` px of the disc's predicted rim; `edge` receives its range and trust.
+  Look look(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& disc, std::span<const CircleGuess> near, double reach,
+            Edge& edge) const;
   bool too_little(std::size_t seen, int explained) const noexcept;
   bool occluded(const DepthFrame& depth, const Vector2& pixel) const noexcept;
 
