@@ -93,7 +93,7 @@ class Perceiver::Impl {
       }
     }
     std::string why;
-    const auto light = meter_.measure(color, why);
+    const auto light = settings_.method == Method::kRobust ? meter_.measure(color, why) : std::optional{TableLight{}};
     if (!light) {
       scene.quality = SceneQuality::kBadImage;
       scene.text = "colour frame " + std::to_string(color.seq) + ": " + why;
@@ -104,7 +104,12 @@ class Perceiver::Impl {
     // OpenCV has no header over constant pixels; nothing here writes to it.
     const cv::Mat3b rgb(color.height, color.width, reinterpret_cast<cv::Vec3b*>(const_cast<std::uint8_t*>(color.rgb.data())));
     const auto& regions = segmenter_.segment(rgb, *light, min_area_px_);
-    fit_discs(rgb, depth, regions);
+    if (settings_.method == Method::kRobust) {
+      fit_discs(rgb, depth, regions);
+    } else {
+      fits_ = paper_discs(view_, settings_, regions);
+    }
+    order_fits();
     add_discs(scene);
     add_contacts(scene, regions);
     tracker_.update(scene);
@@ -137,6 +142,9 @@ class Perceiver::Impl {
       fits_.erase(std::remove_if(later, fits_.end(), [&](const DiscFit& other) { return gap_between(fits_[i], other) < -kOverlap; }),
                   fits_.end());
     }
+  }
+
+  void order_fits() {
     if (fits_.size() > kMaxSceneDiscs) fits_.resize(kMaxSceneDiscs);
     // By colour, then from left to right: an order that does not hang on how much of each disc was seen.
     std::sort(fits_.begin(), fits_.end(),
@@ -165,7 +173,7 @@ class Perceiver::Impl {
       contact.a = static_cast<std::uint16_t>(found.a);
       contact.b = static_cast<std::uint16_t>(found.b);
       contact.gap = gap_between(a, b);
-      contact.p_touch = touch_probability(contact.gap, std::sqrt(gap_variance(a, b, settings_.edge_common_sigma)), settings_.touch_gap);
+      contact.p_touch = settings_.method == Method::kPaper ? 1.0 : touch_probability(contact.gap, std::sqrt(gap_variance(a, b, settings_.edge_common_sigma)), settings_.touch_gap);
       contact.push_start_W = found.push_start_W;
       contact.push_direction_W = found.push_direction_W;
       contact.contour_length = found.contour_length;

@@ -28,6 +28,7 @@ PerceptionConfig load_perception_config(const ConfigDocument& document, const Ce
   s.radius_max = cell.disc_radius_max;
   s.p_WB = cell.arm.X_WB.translation().head<2>();
 
+  s.method = node.choice("method", {"robust", "paper"}) == "paper" ? Method::kPaper : Method::kRobust;
   const Vector3 table = node.vector3("table_rgb", {8.0, 255.0}, "");
   s.table_rgb = {table.x(), table.y(), table.z()};
   s.morphology_px = odd_pixels(node, "morphology_px");
