@@ -18,7 +18,7 @@ constexpr std::array<double, 2> kReach{3.5, 1.5};
 constexpr double kClear = 2.5;  // px beyond the rim that no neighbour may reach: half a profile and the neighbour's blur
 constexpr std::size_t kMaxSamples = 15;
 constexpr double kRimBlur = 1.5;       // px: from there on an edge's blur has faded
-constexpr double kMinContrast = 15.0;  // distance of the two sides in RGB, [0, 255]: five times the noise of a sample
+constexpr double kMinContrast = 15.0;  // distance of the two sides in RGB under the reference light, [0, 255]: five times the noise of a sample
 // Weight of an edge where the wall meets the table beside one of the top rim: shadow there shifts it by some 0.05 px, by more or less under
 // other lamps.
 constexpr double kTrustInFoot = 0.2;
@@ -62,10 +62,10 @@ class Mixture {
  public:
   enum class By : std::uint8_t { kShare, kOutside };
 
-  Mixture(const Colour& inside, const Colour& outside, By by) noexcept {
+  Mixture(const Colour& inside, const Colour& outside, By by, float level) noexcept {
     const float dot = inside.dot(outside);
     const float cosine = dot / std::max(1e-6F, inside.norm() * outside.norm());
-    by_hue_ = 1.0F - cosine * cosine > kMinSine * kMinSine && std::min(inside.norm(), outside.norm()) > kMinLight;
+    by_hue_ = 1.0F - cosine * cosine > kMinSine * kMinSine && std::min(inside.norm(), outside.norm()) > level * kMinLight;
     // The part of `outside` that is perpendicular to `inside` measures the outside whatever the disc's brightness, and the other way round.
     axis_ = by_hue_ ? Colour{outside - inside * (dot / inside.squaredNorm())} : Colour{outside - inside};
     axis_ /= axis_.squaredNorm();
@@ -163,6 +163,11 @@ bool DiscFitter::occluded(const DepthFrame& depth, const Vector2& pixel) const n
   return (camera.X_WC * p_C).z() > settings_.occluder_height;
 }
 
+void DiscFitter::adapt(const TableLight& light) noexcept {
+  const double factor = 3.0 / (light.gain[0] + light.gain[1] + light.gain[2]);
+  level_ = static_cast<float>(std::min(1.0, std::pow(factor, settings_.edge_gamma)));
+}
+
 // What neighbours hide does not count against a disc: in a dense pack little of an outline shows, but all around.
 bool DiscFitter::too_little(std::size_t seen, int explained) const noexcept {
   const double share = static_cast<double>(seen) / kDirections;
@@ -203,20 +208,20 @@ DiscFitter::Look DiscFitter::look(const cv::Mat3b& rgb, const DepthFrame* depth,
     return Look::kHidden;
   // The arm, or a highlight: asked of the pixel itself, as the colour table speaks of encoded values.
   const std::uint8_t* p = rgb.ptr<std::uint8_t>(static_cast<int>(inner.y() + 0.5)) + 3 * static_cast<int>(inner.x() + 0.5);
-  if (segmenter_.classify(p[0], p[1], p[2]) != disc.colour) return Look::kHidden;
+  if (segmenter_.classify(p[0], p[1], p[2]) != disc.colour) return Look::kNothing;
 
   std::array<Colour, kMaxSamples> buffer;
   const std::span profile = std::span{buffer}.first(samples);
   for (std::size_t i = 0; i < samples; ++i) profile[i] = sample(rgb, light_, inner + static_cast<double>(i) * step);
   const Colour inside = (profile[0] + profile[1]) / 2.0F;
   const Colour outside = (profile[samples - 1] + profile[samples - 2]) / 2.0F;
-  if ((inside - outside).norm() < static_cast<float>(kMinContrast)) return Look::kHidden;
+  if ((inside - outside).norm() < level_ * static_cast<float>(kMinContrast)) return Look::kNothing;
   // Past a narrow wall the inside of the profile is the top face: brighter than the wall, so only hue finds the wall's edge.
   const bool narrow = !top && view_.wall_width(disc.p_WD, disc.radius, n_W) * pixels_per_metre < reach + kRimBlur;
-  const Mixture mixture{inside, outside, narrow ? Mixture::By::kOutside : Mixture::By::kShare};
+  const Mixture mixture{inside, outside, narrow ? Mixture::By::kOutside : Mixture::By::kShare, level_};
   if (narrow && !mixture.by_hue()) return Look::kNarrowWall;
   const auto at = half_way(profile, mixture);
-  if (!at) return Look::kHidden;
+  if (!at) return Look::kNothing;
   edge.range = disc.radius + *at * kSampleStep / pixels_per_metre;
   edge.trust = top ? 1.0 : kTrustInFoot;
   return Look::kEdge;
@@ -236,18 +241,20 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
   std::vector<double> errors;
   edges.reserve(kDirections);
   errors.reserve(kDirections);
+  int known_hidden = 0;
   int explained = 0;  // directions without an edge for a reason that says nothing against the disc
   double sigma = 0.0;
   Matrix3 normal{Matrix3::Zero()};
   for (const double reach : std::span{kReach}.subspan(fitted_before ? 1 : 0)) {
     edges.clear();
-    explained = 0;
+    explained = known_hidden = 0;
     for (int k = 0; k < kDirections; ++k) {
       const double angle = 2.0 * CV_PI * k / kDirections;
       Edge edge;
       edge.n_W = {std::cos(angle), std::sin(angle)};
       const Look seen = look(rgb, depth, disc, near, reach, edge);
       if (seen == Look::kEdge) edges.push_back(edge);
+      if (seen == Look::kHidden) ++known_hidden;
       if (seen == Look::kNeighbour || seen == Look::kNarrowWall) ++explained;
     }
     // Something may cover the disc: its edges must not bend the circle.
@@ -292,6 +299,7 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
   fit.region = guess.region;
   fit.seen_share = static_cast<double>(good) / kDirections;
   fit.hidden_share = static_cast<double>(kDirections - explained - good) / kDirections;
+  fit.missing_share = std::max(0.0, fit.hidden_share - static_cast<double>(known_hidden) / kDirections);
   fit.complete = fit.hidden_share < kMostlySeen;
   if (too_little(static_cast<std::size_t>(good), explained)) return std::nullopt;
   // Points that share an error count as one.

@@ -5,6 +5,7 @@
 #include "perception/outline_guess.hpp"
 #include "perception/segmentation.hpp"
 #include "perception/settings.hpp"
+#include "perception/table_light.hpp"
 #include "perception/view.hpp"
 
 #include <opencv2/core.hpp>
@@ -21,7 +22,8 @@ struct DiscFit {
   double radius = 0.0;                  ///< m
   Matrix3 covariance{Matrix3::Zero()};  ///< of (x, y, radius), m^2
   double seen_share = 0.0;              ///< of the outline's directions: an edge of this disc was found there
-  double hidden_share = 0.0;            ///< no edge there, and no neighbour disc that explains it: behind the arm or beyond the image
+  double hidden_share = 0.0;            ///< no edge there, and no neighbour disc that explains it
+  double missing_share = 0.0;           ///< the part of it that is neither beyond the image nor where the arm is known to be
   bool complete = false;                ///< so little of it is hidden that noise and highlights explain it
   std::uint8_t colour = 0;
   std::size_t region = 0;
@@ -38,6 +40,9 @@ class DiscFitter {
  public:
   /// All of them are kept by reference.
   DiscFitter(const View& view, const PerceptionSettings& settings, const Segmenter& segmenter, const ArmMask& arm);
+
+  /// The light of the frames from now on: how much contrast an edge can have.
+  void adapt(const TableLight& light) noexcept;
 
   /// @param guess          what to refine
   /// @param all            every disc of the scene as known so far; entry `self` is guess's own and is skipped
@@ -63,7 +68,8 @@ class DiscFitter {
     kEdge,
     kNeighbour,   // looks onto another disc
     kNarrowWall,  // the base rim lies so close to the top rim that the profile crosses both, and hue does not tell them from the table
-    kHidden,      // no edge of this disc there
+    kHidden,      // beyond the image, or behind what is known to be the arm
+    kNothing,     // no edge of this disc there
   };
 
   // Measures the edge in direction edge.n_W within `reach` px of the disc's predicted rim; `edge` receives its range and trust.
@@ -76,6 +82,7 @@ class DiscFitter {
   const PerceptionSettings& settings_;
   const Segmenter& segmenter_;
   const ArmMask& arm_;
+  float level_ = 1.0F;            // of the light, 1 for the reference or more
   std::array<float, 256> light_;  // of an encoded value, scaled to [0, 255]
 };
 

@@ -2,6 +2,7 @@
 
 #include "perception/arm_mask.hpp"
 #include "perception/disc_fit.hpp"
+#include "perception/foreign_objects.hpp"
 #include "perception/image_check.hpp"
 #include "perception/outline_guess.hpp"
 #include "perception/paper_contours.hpp"
@@ -66,7 +67,9 @@ class Perceiver::Impl {
         guesser_{view_, settings_, arm_},
         fitter_{view_, settings_, segmenter_, arm_},
         contours_{view_, settings_},
-        tracker_{settings_} {
+        foreign_{view_, settings_, arm_},
+        tracker_{settings_},
+        has_arm_{!arm.links.empty()} {
     // The smallest patch worth a look: half of the smallest disc's top face, the rest behind the arm.
     const double pixels_per_metre = camera.fx / (camera.X_WC.translation().z() - settings.disc_height);
     const double radius_px = settings.radius_min * pixels_per_metre;
@@ -105,11 +108,15 @@ class Perceiver::Impl {
     const cv::Mat3b rgb(color.height, color.width, reinterpret_cast<cv::Vec3b*>(const_cast<std::uint8_t*>(color.rgb.data())));
     const auto& regions = segmenter_.segment(rgb, *light, min_area_px_);
     if (settings_.method == Method::kRobust) {
+      fitter_.adapt(*light);
       fit_discs(rgb, depth, regions);
+      if (!X_WL.empty() || depth != nullptr) drop_doubtful();
     } else {
       fits_ = paper_discs(view_, settings_, regions);
     }
     order_fits();
+    // While nobody knows where the arm is, it would be taken for something that does not belong there.
+    if (settings_.method == Method::kRobust && (!X_WL.empty() || !has_arm_)) scene.foreign = foreign_.find(regions, fits_, depth);
     add_discs(scene);
     add_contacts(scene, regions);
     tracker_.update(scene);
@@ -142,6 +149,12 @@ class Perceiver::Impl {
       fits_.erase(std::remove_if(later, fits_.end(), [&](const DiscFit& other) { return gap_between(fits_[i], other) < -kOverlap; }),
                   fits_.end());
     }
+  }
+
+  // What hides discs is known, and a good part of this outline is missing all the same: a round end of something else.
+  void drop_doubtful() {
+    constexpr double kMissing = 0.35;
+    std::erase_if(fits_, [](const DiscFit& fit) { return fit.missing_share > kMissing; });
   }
 
   void order_fits() {
@@ -190,7 +203,9 @@ class Perceiver::Impl {
   OutlineGuesser guesser_;
   DiscFitter fitter_;
   PaperContours contours_;
+  ForeignObjects foreign_;
   Tracker tracker_;
+  bool has_arm_;
   int min_area_px_ = 0;
   std::uint64_t scenes_ = 0;
   std::vector<CircleGuess> guesses_;

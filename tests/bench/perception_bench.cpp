@@ -115,8 +115,9 @@ class Bench {
     metrics["over_lower_bound"] = frame / bound;
     std::printf("lengths in mm; F1 of `touching` at 0.5 mm, `clear` without pairs within 0.15 mm of that; `false`: called touching at 1 mm or more.\n"
                 "NEES 2 is right (95 %% band %.2f to %.2f over all), `band`: share of scenes in their own 95 %% band; of radii and gaps 1 is right.\n"
+                "foreign objects reported where there are none: %d\n"
                 "frame: median %.2f ms of CPU, worst %.2f ms; colour conversion and one pass over it %.2f ms, ratio %.2f\n",
-                of_robust["nees_band"][0].get<double>(), of_robust["nees_band"][1].get<double>(), frame, quantile(robust.cpu_ms, 1.0), bound,
+                of_robust["nees_band"][0].get<double>(), of_robust["nees_band"][1].get<double>(), robust.foreign, frame, quantile(robust.cpu_ms, 1.0), bound,
                 frame / bound);
     if (!options_.no_hough) std::printf("hough: %s (found by --tune-hough 120)\n", to_string(HoughSettings{}).c_str());
     if (options_.json.empty()) return;
@@ -151,6 +152,7 @@ class Bench {
     finding.cpu_ms = cpu_ms_of([&] { scene = eyes.process(picture.color, paper ? nullptr : &picture.depth); });
     if (scene.quality != SceneQuality::kOk) std::printf("  refused: %s\n", scene.text.c_str());
     for (const SceneDisc& disc : scene.discs) finding.discs.push_back({disc.p_WD, disc.radius, !paper, disc.covariance, disc.radius_sigma});
+    finding.foreign = scene.foreign.size();
     if (paper) {
       for (const SceneContact& contact : scene.contacts) finding.touching.emplace_back(contact.a, contact.b);
       return finding;

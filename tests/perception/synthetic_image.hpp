@@ -16,12 +16,21 @@ struct SyntheticDisc {
   Vector2 p_WD{0.0, 0.0};
   double radius = 0.030;
   std::uint8_t colour = 0;  ///< index into test_settings().colours
+  double lift = 0.0;        ///< of its lower face above the table, m
+};
+
+/// A level plate over the table.
+struct SyntheticPlate {
+  Rect area;
+  double height = 0.0;                     ///< m
+  Eigen::Vector3d paint{0.35, 0.36, 0.37};  ///< linear reflectance
 };
 
 /// A second, much simpler renderer than the simulator's: analytic ray casting with exact pixel coverage, so that an error common to the
 /// simulator's camera and to perception shows.
 struct SyntheticScene {
   std::vector<SyntheticDisc> discs;
+  std::vector<SyntheticPlate> plates;  ///< the first one that a ray meets is seen, so list the highest first
   std::optional<Rect> arm;     ///< a grey plate at arm_height
   double arm_height = 0.25;    ///< m
   double brightness = 1.0;     ///< factor on the light

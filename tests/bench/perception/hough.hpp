@@ -11,10 +11,10 @@ namespace breakshot::bench {
 /// What OpenCV's HoughCircles is called with.
 struct HoughSettings {
   bool gradient_alt = true;  ///< HOUGH_GRADIENT_ALT rather than HOUGH_GRADIENT
-  bool saturation = true;    ///< on the saturation of the colours rather than on grey
-  double dp = 1.5;           ///< resolution of the accumulator, image pixels
-  double edge = 300.0;       ///< param1: upper threshold of Canny
-  double votes = 0.8;        ///< param2: roundness for ALT (0 to 1), votes else
+  bool saturation = false;   ///< on the saturation of the colours rather than on grey
+  double dp = 2.0;           ///< resolution of the accumulator, image pixels
+  double edge = 100.0;       ///< param1: upper threshold of Canny
+  double votes = 0.95;       ///< param2: roundness for ALT (0 to 1), votes else
   double blur = 1.0;         ///< standard deviation of a Gaussian before, px
 };
 std::string to_string(const HoughSettings& settings);

@@ -24,6 +24,7 @@ double rms_mm(double sum2, int count) noexcept { return 1e3 * std::sqrt(sum2 / s
 
 void Score::add(const Finding& finding, std::span<const sim_bridge::DiscState> truth) {
   ++scenes;
+  foreign += static_cast<int>(finding.foreign);
   cpu_ms.push_back(finding.cpu_ms);
   constexpr std::size_t kNone = static_cast<std::size_t>(-1);
   std::vector<std::size_t> of(truth.size(), kNone);
@@ -100,6 +101,7 @@ nlohmann::json Score::metrics() const {
                      {"discs", discs},
                      {"missed", missed},
                      {"invented", invented},
+                     {"foreign", foreign},
                      {"centre_rms_mm", rms_mm(centre2, discs)},
                      {"centre_max_mm", 1e3 * centre_max},
                      {"radius_rms_mm", rms_mm(radius2, discs)},

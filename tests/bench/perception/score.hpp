@@ -24,6 +24,7 @@ struct FoundDisc {
 struct Finding {
   std::vector<FoundDisc> discs;
   std::vector<std::pair<std::size_t, std::size_t>> touching;  ///< pairs of them that it calls touching, the smaller index first
+  std::size_t foreign = 0;  ///< objects that it calls neither disc nor table
   double cpu_ms = 0.0;
 };
 
@@ -39,6 +40,7 @@ class Score {
   static void print_head();
 
   int scenes = 0, discs = 0, missed = 0, invented = 0;
+  int foreign = 0;         ///< alarms, all of them false: there are but discs
   int false_contacts = 0;  ///< pairs called touching that are at least kFar apart: the kind of the paper's Fig. 12e
   double centre2 = 0.0, centre_max = 0.0, radius2 = 0.0, radius_max = 0.0, radius_sum = 0.0;
   int gaps = 0;
