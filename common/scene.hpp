@@ -14,6 +14,9 @@ inline constexpr std::size_t kMaxSceneDiscs = 64;
 /// Most contacts: a planar contact graph of n discs has at most 3n - 6 edges.
 inline constexpr std::size_t kMaxSceneContacts = 3 * kMaxSceneDiscs;
 
+/// What counts as rest, m/s: the speed of a disc that friction stops within a millisecond.
+inline constexpr double kRestSpeed = 0.002;
+
 /// A disc as perception sees it. Never ground truth.
 struct SceneDisc {
   std::uint32_t id = 0;                 ///< stays with the disc from frame to frame as long as tracking holds; unique in a scene
@@ -66,6 +69,10 @@ struct Scene {
   Time exposed{};               ///< when that frame was exposed
   SceneQuality quality = SceneQuality::kOk;
   double max_speed = 0.0;        ///< fastest disc since the last frame, m/s; infinity when a disc came or went
+  /// Every disc rests: by all that was seen of them since they last moved, none is faster than kRestSpeed, with 95 % confidence. Also true of an
+  /// empty table.
+  bool at_rest = false;
+  Duration age{};                ///< from the exposure to when the scene was sent; 0 where stamps are not of the clock that people live by (lockstep)
   std::vector<SceneDisc> discs;  ///< at most kMaxSceneDiscs
   std::vector<SceneContact> contacts;
   std::vector<ForeignObject> foreign;  ///< at most kMaxSceneForeign

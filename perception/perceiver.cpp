@@ -3,6 +3,7 @@
 #include "perception/arm_mask.hpp"
 #include "perception/disc_fit.hpp"
 #include "perception/foreign_objects.hpp"
+#include "perception/hue_check.hpp"
 #include "perception/image_check.hpp"
 #include "perception/outline_guess.hpp"
 #include "perception/paper_contours.hpp"
@@ -82,13 +83,7 @@ class Perceiver::Impl {
     scene.seq = ++scenes_;
     scene.frame_seq = color.seq;
     scene.exposed = color.exposed;
-    if (const auto fault = image_check_.check(color)) {
-      scene.quality = fault->quality;
-      scene.text = fault->text;
-      scene.max_speed = std::numeric_limits<double>::infinity();
-      tracker_.interrupt();
-      return scene;
-    }
+    if (const auto fault = image_check_.check(color)) return refused(scene, *fault);
     if (depth != nullptr) {
       if (const auto fault = depth_fault(*depth, color)) {
         scene.text = *fault + "; went on without depth";
@@ -97,13 +92,8 @@ class Perceiver::Impl {
     }
     std::string why;
     const auto light = settings_.method == Method::kRobust ? meter_.measure(color, why) : std::optional{TableLight{}};
-    if (!light) {
-      scene.quality = SceneQuality::kBadImage;
-      scene.text = "colour frame " + std::to_string(color.seq) + ": " + why;
-      scene.max_speed = std::numeric_limits<double>::infinity();
-      tracker_.interrupt();
-      return scene;
-    }
+    const std::string who = "colour frame " + std::to_string(color.seq) + ": ";
+    if (!light) return refused(scene, {SceneQuality::kBadImage, who + why});
     // OpenCV has no header over constant pixels; nothing here writes to it.
     const cv::Mat3b rgb(color.height, color.width, reinterpret_cast<cv::Vec3b*>(const_cast<std::uint8_t*>(color.rgb.data())));
     const auto& regions = segmenter_.segment(rgb, *light, min_area_px_);
@@ -115,6 +105,10 @@ class Perceiver::Impl {
       fits_ = paper_discs(view_, settings_, regions);
     }
     order_fits();
+    if (settings_.method == Method::kRobust && mirrored_hues(rgb, *light, settings_.colours, view_, fits_)) {
+      const char* what = "found the discs' hues mirrored about green: red and blue look swapped";
+      return refused(scene, {SceneQuality::kBadImage, who + what});
+    }
     // While nobody knows where the arm is, it would be taken for something that does not belong there.
     if (settings_.method == Method::kRobust && (!X_WL.empty() || !has_arm_)) scene.foreign = foreign_.find(regions, fits_, depth);
     add_discs(scene);
@@ -123,9 +117,26 @@ class Perceiver::Impl {
     return scene;
   }
 
+  Scene refuse(const ColorFrame& color, const std::string& why) {
+    Scene scene;
+    scene.seq = ++scenes_;
+    scene.frame_seq = color.seq;
+    scene.exposed = color.exposed;
+    return refused(scene, {SceneQuality::kBadImage, why});
+  }
+
   const CameraModel& camera() const noexcept { return view_.camera; }
 
  private:
+  // What a bad frame makes of a scene.
+  Scene refused(Scene scene, const ImageFault& fault) {
+    scene.quality = fault.quality;
+    scene.text = fault.text;
+    scene.max_speed = std::numeric_limits<double>::infinity();
+    tracker_.interrupt();
+    return scene;
+  }
+
   // Twice: the second time each disc knows its neighbours' fits, not guesses, and which guesses were no discs at all.
   void fit_discs(const cv::Mat3b& rgb, const DepthFrame* depth, const std::vector<Region>& regions) {
     guesses_ = guesser_.guess(regions);
@@ -223,6 +234,7 @@ Perceiver& Perceiver::operator=(Perceiver&&) noexcept = default;
 Scene Perceiver::process(const ColorFrame& color, const DepthFrame* depth, std::span<const Pose> X_WL) {
   return impl_->process(color, depth, X_WL);
 }
+Scene Perceiver::refuse(const ColorFrame& color, const std::string& why) { return impl_->refuse(color, why); }
 const CameraModel& Perceiver::camera() const noexcept { return impl_->camera(); }
 
 }  // namespace breakshot::perception

@@ -1,5 +1,7 @@
 #include "perception/segmentation.hpp"
 
+#include "perception/hsv.hpp"
+
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
@@ -18,27 +20,6 @@ constexpr double kTableCosine = 0.985;
 constexpr double kPaintSaturation = 0.5;  // from here on something is painted, if only in a colour that no disc has
 
 std::uint32_t index_part(int channel, unsigned value) noexcept { return (value >> (8 - kBits)) << ((2 - channel) * kBits); }
-
-struct Hsv {
-  double hue_deg, saturation, value;
-};
-
-Hsv to_hsv(double r, double g, double b) noexcept {
-  const double high = std::max({r, g, b});
-  const double low = std::min({r, g, b});
-  const double chroma = high - low;
-  if (chroma <= 0.0) return {0.0, 0.0, high / 255.0};
-  double sextant = 0.0;
-  if (high == r) {
-    sextant = (g - b) / chroma;
-  } else if (high == g) {
-    sextant = 2.0 + (b - r) / chroma;
-  } else {
-    sextant = 4.0 + (r - g) / chroma;
-  }
-  const double hue = 60.0 * sextant;
-  return {hue < 0.0 ? hue + 360.0 : hue, chroma / high, high / 255.0};
-}
 
 bool in_range(const Hsv& hsv, const ColourRange& range) noexcept {
   if (hsv.saturation < range.saturation_min || hsv.saturation > range.saturation_max) return false;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct ColourRange {
   double hue_min_deg = 0.0, hue_max_deg = 360.0;
   double saturation_min = 0.35, saturation_max = 1.0;
   double value_min = 0.10, value_max = 1.0;
+  std::optional<double> paint_hue_deg{};  ///< of the paint itself under the reference light; nothing: not known
 };
 
 /// How discs are found. `paper` is there to be compared with.

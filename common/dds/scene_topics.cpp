@@ -11,6 +11,8 @@ void Topic<Scene>::encode(const Scene& value, Wire& wire) {
   wire.seq(value.seq);
   wire.frame_seq(value.frame_seq);
   wire.exposed_ns(to_ns(value.exposed));
+  wire.age_ns(value.age.count());
+  wire.at_rest(value.at_rest ? 1 : 0);
   wire.quality(static_cast<std::uint8_t>(value.quality));
   // Infinity ("a disc came or went") travels as a negative speed, so that NaN and infinity stay errors on the wire.
   wire.max_speed(std::isfinite(value.max_speed) ? value.max_speed : -1.0);
@@ -108,6 +110,7 @@ ForeignObject decode_foreign(Door& door, const breakshot_msgs::msg::SceneForeign
 Result<Scene, Invalid> Topic<Scene>::decode(const Wire& wire) {
   Door door;
   door.enumerated("quality", wire.quality(), static_cast<unsigned>(SceneQuality::kBadImage));
+  door.enumerated("at_rest", wire.at_rest(), 1);
   door.within("max_speed", wire.max_speed(), -1.0, kFastestDisc);
   door.at_most("discs", wire.discs().size(), kMaxSceneDiscs);
   door.at_most("contacts", wire.contacts().size(), kMaxSceneContacts);
@@ -117,6 +120,8 @@ Result<Scene, Invalid> Topic<Scene>::decode(const Wire& wire) {
   value.seq = wire.seq();
   value.frame_seq = wire.frame_seq();
   value.exposed = time_from_ns(wire.exposed_ns());
+  value.age = Duration{wire.age_ns()};
+  value.at_rest = wire.at_rest() != 0;
   value.quality = static_cast<SceneQuality>(wire.quality());
   value.max_speed = wire.max_speed() < 0.0 ? std::numeric_limits<double>::infinity() : wire.max_speed();
   value.text = wire.text().to_string();

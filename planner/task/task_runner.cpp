@@ -180,6 +180,10 @@ void TaskRunner::look(Time now) {
 
 void TaskRunner::on_scene(const Scene& scene, Time now) {
   advance(now);
+  if (status_.phase == TaskPhase::kDeciding && !scene.foreign.empty() && !link_.active() && !ending_) {
+    ++ticket_;  // what is being decided on is not what is there any more
+    look(now);
+  }
   const bool looking = status_.phase == TaskPhase::kLooking || status_.phase == TaskPhase::kSettling;
   if (!looking || link_.active() || ending_) return;
   switch (watch_.on_scene(scene)) {

@@ -1,5 +1,7 @@
 #include "tests/perception/synthetic_image.hpp"
 
+#include "perception/hsv.hpp"
+
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -100,6 +102,11 @@ Rgb light(const SyntheticScene& scene, const Hit& hit) {
   return scene.brightness * (0.55 + 0.25 * std::cos(hit.azimuth - scene.light_azimuth)) * paint;
 }
 
+double encoded_hue_deg(const Rgb& paint) {
+  const Rgb encoded = 255.0 * paint.array().pow(1.0 / kGamma);
+  return to_hsv(encoded.x(), encoded.y(), encoded.z()).hue_deg;
+}
+
 }  // namespace
 
 CameraModel test_camera(bool bent) {
@@ -124,6 +131,7 @@ PerceptionSettings test_settings() {
   settings.disc_height = kDiscHeight;
   settings.colours = {{"red", 345, 12},   {"orange", 15, 38}, {"yellow", 45, 70},   {"green", 100, 150},
                       {"cyan", 165, 200}, {"blue", 210, 245}, {"violet", 255, 290}, {"magenta", 305, 340}};
+  for (std::size_t i = 0; i < settings.colours.size(); ++i) settings.colours[i].paint_hue_deg = encoded_hue_deg(kColours[i]);
   settings.edge_gamma = kGamma;
   for (std::size_t c = 0; c < 3; ++c) settings.table_rgb[c] = 255.0 * std::pow(kTable[static_cast<Eigen::Index>(c)], 1.0 / kGamma);
   return settings;
