@@ -11,6 +11,7 @@ namespace breakshot::perception {
 namespace {
 
 constexpr int kDirections = 144;     // one per 1.5 px of a 30 mm disc's outline: closer ones would share their pixels' noise
+constexpr int kRoughly = 2;          // of a guess only every second one: it is fitted again anyway
 constexpr double kSampleStep = 0.5;  // px, along a profile across the rim
 // Half a profile's length, px, per pass. The first must bridge the guess's error; the others stay close to the edge, where shadows and
 // bevels have no room to change the colours that the two sides are measured by.
@@ -146,6 +147,12 @@ double median(std::vector<double>& values) {
 
 DiscFitter::DiscFitter(const View& view, const PerceptionSettings& settings, const Segmenter& segmenter, const ArmMask& arm)
     : view_{view}, settings_{settings}, segmenter_{segmenter}, arm_{arm} {
+  for (int k = 0; k < kDirections; ++k) {
+    const double angle = 2.0 * CV_PI * k / kDirections;
+    directions_.emplace_back(std::cos(angle), std::sin(angle));
+  }
+  const Matrix3 R_WC = view.camera.X_WC.linear();
+  up_C_ = R_WC.row(2).transpose();
   for (std::size_t i = 0; i < light_.size(); ++i) {
     light_[i] = static_cast<float>(255.0 * std::pow(static_cast<double>(i) / 255.0, settings.edge_gamma));
   }
@@ -159,8 +166,8 @@ bool DiscFitter::occluded(const DepthFrame& depth, const Vector2& pixel) const n
       1e-4 * depth.depth[static_cast<std::size_t>(y) * static_cast<std::size_t>(depth.width) + static_cast<std::size_t>(x)];
   if (range == 0.0) return false;  // a hole says nothing
   const CameraModel& camera = view_.camera;
-  const Vector3 p_C{range * (x - camera.cx) / camera.fx, range * (y - camera.cy) / camera.fy, range};
-  return (camera.X_WC * p_C).z() > settings_.occluder_height;
+  const double rise = up_C_.x() * (x - camera.cx) / camera.fx + up_C_.y() * (y - camera.cy) / camera.fy + up_C_.z();
+  return camera.X_WC.translation().z() + range * rise > settings_.occluder_height;
 }
 
 void DiscFitter::adapt(const TableLight& light) noexcept {
@@ -169,9 +176,9 @@ void DiscFitter::adapt(const TableLight& light) noexcept {
 }
 
 // What neighbours hide does not count against a disc: in a dense pack little of an outline shows, but all around.
-bool DiscFitter::too_little(std::size_t seen, int explained) const noexcept {
-  const double share = static_cast<double>(seen) / kDirections;
-  const double free = 1.0 - static_cast<double>(explained) / kDirections;
+bool DiscFitter::too_little(std::size_t seen, int explained, int directions) const noexcept {
+  const double share = static_cast<double>(seen) / directions;
+  const double free = 1.0 - static_cast<double>(explained) / directions;
   return share < kLeastSeen || share < settings_.min_seen_arc_deg / 360.0 * free;
 }
 
@@ -241,6 +248,8 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
   std::vector<double> errors;
   edges.reserve(kDirections);
   errors.reserve(kDirections);
+  const int stride = fitted_before ? 1 : kRoughly;
+  const int directions = kDirections / stride;
   int known_hidden = 0;
   int explained = 0;  // directions without an edge for a reason that says nothing against the disc
   double sigma = 0.0;
@@ -248,22 +257,21 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
   for (const double reach : std::span{kReach}.subspan(fitted_before ? 1 : 0)) {
     edges.clear();
     explained = known_hidden = 0;
-    for (int k = 0; k < kDirections; ++k) {
-      const double angle = 2.0 * CV_PI * k / kDirections;
+    for (int k = 0; k < kDirections; k += stride) {
       Edge edge;
-      edge.n_W = {std::cos(angle), std::sin(angle)};
+      edge.n_W = directions_[static_cast<std::size_t>(k)];
       const Look seen = look(rgb, depth, disc, near, reach, edge);
       if (seen == Look::kEdge) edges.push_back(edge);
       if (seen == Look::kHidden) ++known_hidden;
       if (seen == Look::kNeighbour || seen == Look::kNarrowWall) ++explained;
     }
     // Something may cover the disc: its edges must not bend the circle.
-    if (kDirections - explained - static_cast<int>(edges.size()) > kMostlySeen * kDirections) {
+    if (directions - explained - static_cast<int>(edges.size()) > kMostlySeen * directions) {
       const double tolerance = kAgree * settings_.edge_sigma_floor;
       const Vector3 most = circle_of_most(edges, tolerance);
       std::erase_if(edges, [&](const Edge& edge) { return std::abs(edge.error(most)) > tolerance; });
     }
-    if (too_little(edges.size(), explained)) return std::nullopt;
+    if (too_little(edges.size(), explained, directions)) return std::nullopt;
 
     // Robust least squares for the centre's shift and the radius; the errors are small, so two or three rounds settle it.
     Vector3 x{0.0, 0.0, disc.radius};
@@ -297,13 +305,13 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
   fit.radius = disc.radius;
   fit.colour = guess.colour;
   fit.region = guess.region;
-  fit.seen_share = static_cast<double>(good) / kDirections;
-  fit.hidden_share = static_cast<double>(kDirections - explained - good) / kDirections;
-  fit.missing_share = std::max(0.0, fit.hidden_share - static_cast<double>(known_hidden) / kDirections);
+  fit.seen_share = static_cast<double>(good) / directions;
+  fit.hidden_share = static_cast<double>(directions - explained - good) / directions;
+  fit.missing_share = std::max(0.0, fit.hidden_share - static_cast<double>(known_hidden) / directions);
   fit.complete = fit.hidden_share < kMostlySeen;
-  if (too_little(static_cast<std::size_t>(good), explained)) return std::nullopt;
+  if (too_little(static_cast<std::size_t>(good), explained, directions)) return std::nullopt;
   // Points that share an error count as one.
-  const double patch = settings_.edge_patch_sigma * settings_.edge_patch_sigma * kDirections / kPatches;
+  const double patch = settings_.edge_patch_sigma * settings_.edge_patch_sigma * directions / kPatches;
   fit.covariance = (sigma * sigma + patch) * normal.inverse();
   if (fit.covariance.topLeftCorner<2, 2>().trace() > kVaguest * kVaguest) return std::nullopt;
   fit.covariance(2, 2) += settings_.edge_common_sigma * settings_.edge_common_sigma;

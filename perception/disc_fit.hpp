@@ -13,6 +13,7 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <vector>
 
 namespace breakshot::perception {
 
@@ -75,13 +76,15 @@ class DiscFitter {
   // Measures the edge in direction edge.n_W within `reach` px of the disc's predicted rim; `edge` receives its range and trust.
   Look look(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& disc, std::span<const CircleGuess> near, double reach,
             Edge& edge) const;
-  bool too_little(std::size_t seen, int explained) const noexcept;
+  bool too_little(std::size_t seen, int explained, int directions) const noexcept;
   bool occluded(const DepthFrame& depth, const Vector2& pixel) const noexcept;
 
   const View& view_;
   const PerceptionSettings& settings_;
   const Segmenter& segmenter_;
   const ArmMask& arm_;
+  std::vector<Vector2> directions_;  // all around
+  Vector3 up_C_;                     // z of W
   float level_ = 1.0F;            // of the light, 1 for the reference or more
   std::array<float, 256> light_;  // of an encoded value, scaled to [0, 255]
 };
