@@ -41,6 +41,7 @@ enum class SceneQuality : std::uint8_t {
   kDark = 1,      ///< the image carries no usable light
   kFrozen = 2,    ///< the same content under new stamps
   kBadImage = 3,  ///< wrong size, encoding or stamp
+  kMisplaced = 4,  ///< the camera is not where its calibration says
 };
 
 /// What stands on the table. Travels on `cell/scene` once per camera frame.

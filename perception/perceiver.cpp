@@ -1,6 +1,7 @@
 #include "perception/perceiver.hpp"
 
 #include "perception/arm_mask.hpp"
+#include "perception/camera_watch.hpp"
 #include "perception/disc_fit.hpp"
 #include "perception/image_check.hpp"
 #include "perception/outline_guess.hpp"
@@ -59,6 +60,7 @@ class Perceiver::Impl {
       : settings_{settings},
         view_{camera, settings.disc_height},
         arm_{camera, arm, X_WB, settings.arm_margin},
+        watch_{camera, settings_.watch, arm_},
         image_check_{camera.width, camera.height, settings.dark_level},
         segmenter_{settings_},
         guesser_{view_, settings_, arm_},
@@ -92,6 +94,14 @@ class Perceiver::Impl {
     }
     // OpenCV has no header over constant pixels; nothing here writes to it.
     const cv::Mat3b rgb(color.height, color.width, reinterpret_cast<cv::Vec3b*>(const_cast<std::uint8_t*>(color.rgb.data())));
+    if (const auto& alarm = watch_.on_frame(rgb, color.exposed)) {
+      // Places that come from a wrong pose look right and are not: better none.
+      scene.quality = SceneQuality::kMisplaced;
+      scene.text = *alarm;
+      scene.max_speed = std::numeric_limits<double>::infinity();
+      tracker_.interrupt();
+      return scene;
+    }
     const auto& regions = segmenter_.segment(rgb, min_area_px_);
     fit_discs(rgb, depth, regions);
     add_discs(scene);
@@ -101,6 +111,7 @@ class Perceiver::Impl {
   }
 
   const CameraModel& camera() const noexcept { return view_.camera; }
+  const CameraCheck& camera_check() const noexcept { return watch_.last(); }
 
  private:
   // Twice: the second time each disc knows its neighbours' fits, not guesses, and which guesses were no discs at all.
@@ -165,6 +176,7 @@ class Perceiver::Impl {
   PerceptionSettings settings_;
   View view_;
   ArmMask arm_;
+  CameraWatch watch_;
   ImageCheck image_check_;
   Segmenter segmenter_;
   OutlineGuesser guesser_;
@@ -189,5 +201,6 @@ Scene Perceiver::process(const ColorFrame& color, const DepthFrame* depth, std::
   return impl_->process(color, depth, X_WL);
 }
 const CameraModel& Perceiver::camera() const noexcept { return impl_->camera(); }
+const CameraCheck& Perceiver::camera_check() const noexcept { return impl_->camera_check(); }
 
 }  // namespace breakshot::perception

@@ -1,6 +1,8 @@
 #pragma once
 
 #include "common/geometry.hpp"
+#include "common/table_markers.hpp"
+#include "common/time.hpp"
 
 #include <string>
 #include <vector>
@@ -25,6 +27,14 @@ struct PaperContourSettings {
   /// Cut the side wall off a disc's segment (by its fitted circle) before the contour is taken. The paper's discs lie where the camera sees
   /// little of their walls; without the cut a wall hides the gap behind it, up to 7 mm at the workspace's edge, and reads as a contact.
   bool cut_walls = true;
+};
+
+/// How the camera's place is watched by the markers on the table.
+struct CameraWatchSettings {
+  TableMarkers markers;                          ///< none: not watched
+  Rect workspace;                                ///< where the table must show no shift
+  Duration period{std::chrono::milliseconds{500}};
+  double max_shift = 0.5e-3;                     ///< of a place of the table in the image, by which the camera counts as moved, m
 };
 
 /// What the Perceiver needs to know. Defaults fit the cell as shipped.
@@ -52,6 +62,7 @@ struct PerceptionSettings {
   double max_disc_speed = 3.0;       ///< bounds the search from frame to frame, m/s
   double dark_level = 24.0;          ///< a frame whose brightest percent stays below this carries no light, [0, 255]
   PaperContourSettings paper;
+  CameraWatchSettings watch;
 };
 
 }  // namespace breakshot::perception

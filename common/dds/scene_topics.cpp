@@ -89,7 +89,7 @@ SceneContact decode_contact(Door& door, const breakshot_msgs::msg::SceneContact&
 
 Result<Scene, Invalid> Topic<Scene>::decode(const Wire& wire) {
   Door door;
-  door.enumerated("quality", wire.quality(), static_cast<unsigned>(SceneQuality::kBadImage));
+  door.enumerated("quality", wire.quality(), static_cast<unsigned>(SceneQuality::kMisplaced));
   door.within("max_speed", wire.max_speed(), -1.0, kFastestDisc);
   door.at_most("discs", wire.discs().size(), kMaxSceneDiscs);
   door.at_most("contacts", wire.contacts().size(), kMaxSceneContacts);
