@@ -38,9 +38,9 @@ struct SceneContact {
 
 enum class SceneQuality : std::uint8_t {
   kOk = 0,
-  kDark = 1,      ///< the image carries no usable light
-  kFrozen = 2,    ///< the same content under new stamps
-  kBadImage = 3,  ///< wrong size, encoding or stamp
+  kDark = 1,       ///< the image carries no usable light
+  kFrozen = 2,     ///< the same content under new stamps
+  kBadImage = 3,   ///< wrong size, encoding or stamp
   kMisplaced = 4,  ///< the camera is not where its calibration says
 };
 

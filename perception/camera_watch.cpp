@@ -8,20 +8,22 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <utility>
 
 namespace breakshot::perception {
 namespace {
 
-constexpr double kCornerSigma = 0.12;  // px, of a marker's corner: noise, shading and what the print's edge is taken for (camera_watch_test)
-constexpr double kHuber = 3.0;         // sigmas: a corner in an odd shadow does not pull the others along
+constexpr double kCornerSigma =
+    0.12;                       // px, of a marker's corner: noise, shading and what the print's edge is taken for (camera_watch_test)
+constexpr double kHuber = 3.0;  // sigmas: a corner in an odd shadow does not pull the others along
 // How far a camera may have moved, as far as nobody has looked: m, rad. Only makes the fit determinate when few markers are in view.
 constexpr double kMoveSigma = 0.02, kTurnSigma = 0.035;
 /// A verdict needs shifts that are known this much better than the one that is allowed.
 constexpr double kSigmas = 4.0;
-constexpr double kReach = 0.7;     // of a marker's size in the image: how far around its place it is looked for ...
+constexpr double kReach = 0.7;      // of a marker's size in the image: how far around its place it is looked for ...
 constexpr double kLeastReach = 40;  // px: ... at least
-constexpr double kMargin = 1.34;   // the white margin of a marker, in its black squares
-constexpr int kUnseenLooks = 4;    // in a row, before it is said that no marker is seen
+constexpr double kMargin = 1.34;    // the white margin of a marker, in its black squares
+constexpr int kUnseenLooks = 4;     // in a row, before it is said that no marker is seen
 
 Vector2 to_vector(const cv::Point2f& p) { return {p.x, p.y}; }
 
@@ -57,8 +59,7 @@ CameraWatch::CameraWatch(const CameraModel& camera, const CameraWatchSettings& s
     const cv::Rect box{cv::Point(static_cast<int>(low.x() - reach), static_cast<int>(low.y() - reach)),
                        cv::Point(static_cast<int>(high.x() + reach), static_cast<int>(high.y() + reach))};
     watched.near = box & cv::Rect{0, 0, camera.width, camera.height};
-    for (std::size_t i = 0; i < 4; ++i)
-      smallest = std::min(smallest, (watched.corners_px[i] - watched.corners_px[(i + 1) % 4]).norm());
+    for (std::size_t i = 0; i < 4; ++i) smallest = std::min(smallest, (watched.corners_px[i] - watched.corners_px[(i + 1) % 4]).norm());
     watched_.push_back(watched);
   }
   // The window in which a corner is refined must not reach the next square of the code.
@@ -153,9 +154,9 @@ void CameraWatch::judge(const std::vector<Sighting>& sightings, CameraCheck& che
   for (const Sighting& sighting : sightings) consider(sighting.watched->marker.p_WM);
 }
 
-const std::optional<std::string>& CameraWatch::on_frame(const cv::Mat3b& rgb, Time exposed) {
+const std::optional<std::string>& CameraWatch::on_frame(const cv::Mat3b& rgb, Time exposed, bool now) {
   // Stamps that go back are a camera that was started anew.
-  const bool due = !looked_ || doubtful_ || exposed < *looked_ || exposed - *looked_ >= settings_.period;
+  const bool due = now || !looked_ || doubtful_ || exposed < *looked_ || exposed - *looked_ >= settings_.period;
   if (watched_.empty() || !due) return alarm_;
   looked_ = exposed;
   CameraCheck check = look(rgb);
@@ -186,15 +187,17 @@ const std::optional<std::string>& CameraWatch::on_frame(const cv::Mat3b& rgb, Ti
 std::string CameraWatch::describe(const CameraCheck& check) const {
   char text[255];
   if (check.verdict == CameraCheck::Verdict::kUnseen) {
-    std::snprintf(text, sizeof text,
-                  "none of the %d markers on the table is seen where the camera's calibration puts them: clear the view, or calibrate again",
-                  check.expected);
+    std::snprintf(
+        text, sizeof text,
+        "none of the %d markers on the table is seen where the camera's calibration puts them: clear the view, or calibrate again",
+        check.expected);
   } else {
-    std::snprintf(text, sizeof text,
-                  "the camera has moved by %.1f mm and %.2f deg: the table seems shifted by up to %.2f mm (%d of %d markers seen); allowed: %.2f mm; "
-                  "put it back, or calibrate again",
-                  1e3 * check.moved, check.turned * 180.0 / std::numbers::pi, 1e3 * check.shift, check.seen, check.expected,
-                  1e3 * settings_.max_shift);
+    std::snprintf(
+        text, sizeof text,
+        "the camera has moved by %.1f mm and %.2f deg: the table seems shifted by up to %.2f mm (%d of %d markers seen); allowed: %.2f mm; "
+        "put it back, or calibrate again",
+        1e3 * check.moved, check.turned * 180.0 / std::numbers::pi, 1e3 * check.shift, check.seen, check.expected,
+        1e3 * settings_.max_shift);
   }
   return text;
 }

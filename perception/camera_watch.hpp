@@ -25,9 +25,9 @@ class CameraWatch {
   /// @param arm  what hides markers; kept by reference
   CameraWatch(const CameraModel& camera, const CameraWatchSettings& settings, const ArmMask& arm);
 
-  /// To be called for every good frame; looks at those that are due. @return the alarm while there is one, for people
+  /// To be called for every good frame; looks at those that are due, and when asked to look `now`. @return the alarm while there is one, for people
   /// Cost of a look: about 2 ms.
-  const std::optional<std::string>& on_frame(const cv::Mat3b& rgb, Time exposed);
+  const std::optional<std::string>& on_frame(const cv::Mat3b& rgb, Time exposed, bool now);
 
   /// Looks at one frame by itself, for the markers near where they must be; `everywhere`: all over the image, which takes ten times as long.
   CameraCheck look(const cv::Mat3b& rgb, bool everywhere = false) const;

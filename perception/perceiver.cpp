@@ -16,6 +16,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace breakshot::perception {
@@ -94,19 +95,12 @@ class Perceiver::Impl {
     }
     // OpenCV has no header over constant pixels; nothing here writes to it.
     const cv::Mat3b rgb(color.height, color.width, reinterpret_cast<cv::Vec3b*>(const_cast<std::uint8_t*>(color.rgb.data())));
-    if (const auto& alarm = watch_.on_frame(rgb, color.exposed)) {
-      // Places that come from a wrong pose look right and are not: better none.
-      scene.quality = SceneQuality::kMisplaced;
-      scene.text = *alarm;
-      scene.max_speed = std::numeric_limits<double>::infinity();
-      tracker_.interrupt();
-      return scene;
-    }
     const auto& regions = segmenter_.segment(rgb, min_area_px_);
     fit_discs(rgb, depth, regions);
     add_discs(scene);
     add_contacts(scene, regions);
     tracker_.update(scene);
+    watch_camera(rgb, scene);
     return scene;
   }
 
@@ -114,6 +108,20 @@ class Perceiver::Impl {
   const CameraCheck& camera_check() const noexcept { return watch_.last(); }
 
  private:
+  // Beside its period, whenever things come to rest: that is what somebody decides on. (A camera that is knocked sets all discs moving.)
+  void watch_camera(const cv::Mat3b& rgb, Scene& scene) {
+    constexpr double kMoving = 0.01, kSlow = 0.05;  // m/s
+    const bool came_to_rest = std::exchange(last_speed_, scene.max_speed) >= kMoving && scene.max_speed < kSlow;
+    const auto& alarm = watch_.on_frame(rgb, scene.exposed, came_to_rest);
+    if (!alarm) return;
+    // Places that come from a wrong pose look right and are not: better none.
+    scene.quality = SceneQuality::kMisplaced;
+    scene.text = *alarm;
+    scene.discs.clear();
+    scene.contacts.clear();
+    scene.max_speed = std::numeric_limits<double>::infinity();
+  }
+
   // Twice: the second time each disc knows its neighbours' fits, not guesses, and which guesses were no discs at all.
   void fit_discs(const cv::Mat3b& rgb, const DepthFrame* depth, const std::vector<Region>& regions) {
     guesses_ = guesser_.guess(regions);
@@ -184,6 +192,7 @@ class Perceiver::Impl {
   PaperContours contours_;
   Tracker tracker_;
   int min_area_px_ = 0;
+  double last_speed_ = 0.0;  // Scene::max_speed of the frame before
   std::uint64_t scenes_ = 0;
   std::vector<CircleGuess> guesses_;
   std::vector<DiscFit> fits_;

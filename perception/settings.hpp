@@ -31,10 +31,10 @@ struct PaperContourSettings {
 
 /// How the camera's place is watched by the markers on the table.
 struct CameraWatchSettings {
-  TableMarkers markers;                          ///< none: not watched
-  Rect workspace;                                ///< where the table must show no shift
+  TableMarkers markers;  ///< none: not watched
+  Rect workspace;        ///< where the table must show no shift
   Duration period{std::chrono::milliseconds{500}};
-  double max_shift = 0.5e-3;                     ///< of a place of the table in the image, by which the camera counts as moved, m
+  double max_shift = 0.5e-3;  ///< of a place of the table in the image, by which the camera counts as moved, m
 };
 
 /// What the Perceiver needs to know. Defaults fit the cell as shipped.

@@ -30,7 +30,8 @@ Board load_board(const std::filesystem::path& file) {
   board.rows = static_cast<int>(squares.y());
   if (squares != Vector2(board.columns, board.rows)) node.refuse("squares", "a fraction", "two whole numbers");
   if (board.columns * board.rows / 2 > family.markers) {
-    node.refuse("squares", std::to_string(board.columns * board.rows / 2) + " markers", "at most the " + std::to_string(family.markers) + " of " + name);
+    node.refuse("squares", std::to_string(board.columns * board.rows / 2) + " markers",
+                "at most the " + std::to_string(family.markers) + " of " + name);
   }
   board.square = node.number("square", {0.005, 0.5}, "m");
   board.marker = node.number("marker", {0.002, 0.5}, "m");

@@ -17,9 +17,9 @@ namespace breakshot::perception {
 /// Its frame P has its origin in the lower left corner of the chessboard as the print is read, x to the right, y up, z out of the paper.
 struct Board {
   MarkerDictionary dictionary = MarkerDictionary::k5x5;
-  int columns = 0, rows = 0;  ///< of squares
-  double square = 0.0;        ///< side, m
-  double marker = 0.0;        ///< side of a marker's black square, m
+  int columns = 0, rows = 0;    ///< of squares
+  double square = 0.0;          ///< side, m
+  double marker = 0.0;          ///< side of a marker's black square, m
   Pose X_WP{Pose::Identity()};  ///< where it lies on the table
 
   int corners() const noexcept { return (columns - 1) * (rows - 1); }

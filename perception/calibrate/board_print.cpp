@@ -18,8 +18,8 @@ constexpr double kRuler = 0.100;   // m
 
 std::string describe(const Board& board) {
   char text[120];
-  std::snprintf(text, sizeof text, "ChArUco %d x %d, squares %.2f mm, markers %.2f mm. This line must be %.0f mm long:", board.columns, board.rows,
-                1e3 * board.square, 1e3 * board.marker, 1e3 * kRuler);
+  std::snprintf(text, sizeof text, "ChArUco %d x %d, squares %.2f mm, markers %.2f mm. This line must be %.0f mm long:", board.columns,
+                board.rows, 1e3 * board.square, 1e3 * board.marker, 1e3 * kRuler);
   return text;
 }
 
@@ -42,11 +42,11 @@ std::string to_pdf(const Board& board) {
   std::ostringstream box;
   box.precision(9);
   box << "[0 0 " << width << ' ' << height << ']';
-  const std::string objects[] = {"<< /Type /Catalog /Pages 2 0 R >>", "<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
-                                 "<< /Type /Page /Parent 2 0 R /MediaBox " + box.str() +
-                                     " /Contents 4 0 R /Resources << /Font << /F 5 0 R >> >> >>",
-                                 "<< /Length " + std::to_string(page.str().size()) + " >>\nstream\n" + page.str() + "endstream",
-                                 "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica >>"};
+  const std::string objects[] = {
+      "<< /Type /Catalog /Pages 2 0 R >>", "<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
+      "<< /Type /Page /Parent 2 0 R /MediaBox " + box.str() + " /Contents 4 0 R /Resources << /Font << /F 5 0 R >> >> >>",
+      "<< /Length " + std::to_string(page.str().size()) + " >>\nstream\n" + page.str() + "endstream",
+      "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica >>"};
   std::string pdf = "%PDF-1.4\n", table = "0000000000 65535 f \n";
   int number = 0;
   for (const std::string& object : objects) {

@@ -184,11 +184,10 @@ class PerceptionNode {
       h.text = "the camera's calibration is not confirmed: nothing on cell/camera_info yet";
     } else {
       h.state = HealthState::kReady;
-      h.text = s.frames == 0
-                   ? "waits for the first frame on cell/color"
-                   : fmt::format("sees {} discs; {:.1f} ms a frame at the most, scenes {:.0f} ms after exposure{}{}", s.discs,
-                                 1e-3 * s.max_us, s.age_ms, in_place(s.camera),
-                                 arm_known_ ? "" : "; no joint states: the arm is known by depth only");
+      h.text = s.frames == 0 ? "waits for the first frame on cell/color"
+                             : fmt::format("sees {} discs; {:.1f} ms a frame at the most, scenes {:.0f} ms after exposure{}{}", s.discs,
+                                           1e-3 * s.max_us, s.age_ms, in_place(s.camera),
+                                           arm_known_ ? "" : "; no joint states: the arm is known by depth only");
     }
     const std::uint64_t cycles = cycles_;
     return std::exchange(reported_cycles_, cycles) != cycles;

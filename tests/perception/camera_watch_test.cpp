@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <ctime>
 #include <memory>
 #include <numbers>
 #include <string>
@@ -74,18 +75,21 @@ class CameraWatchTest : public ::testing::Test {
 TEST_F(CameraWatchTest, AThousandNoisyFramesRingNothing) {
   const auto camera = camera_at();
   mask.place(parked);
-  double worst = 0.0, sum = 0.0;
+  double worst = 0.0, sum = 0.0, cpu = 0.0;
   int all_seen = 0;
   constexpr int kFrames = 1000;
   for (int i = 0; i < kFrames; ++i) {
-    const CameraCheck check = look(*camera);
+    auto picture = take(*camera, parked);
+    const std::clock_t begin = std::clock();
+    const CameraCheck check = watch.look(rgb_of(picture));
+    cpu += static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     ASSERT_EQ(check.verdict, Verdict::kInPlace) << i;
     worst = std::max(worst, check.shift);
     sum += check.shift;
     all_seen += check.seen == 4 ? 1 : 0;
   }
-  std::printf("  %d frames: shift %.3f mm on average, %.3f mm at most; all four markers seen in %d\n", kFrames, 1e3 * sum / kFrames, 1e3 * worst,
-              all_seen);
+  std::printf("  %d frames: shift %.3f mm on average, %.3f mm at most; all four markers seen in %d; %.2f ms of CPU a look\n", kFrames,
+              1e3 * sum / kFrames, 1e3 * worst, all_seen, 1e3 * cpu / kFrames);
   EXPECT_LT(worst, 0.5 * settings.watch.max_shift);
   EXPECT_EQ(all_seen, kFrames);
 }
@@ -97,7 +101,8 @@ TEST_F(CameraWatchTest, AMillimetreOrATenthOfADegreeIsSeen) {
   mask.place(parked);
   for (const int axis : {0, 1, 2}) {
     for (const double sign : {-1.0, 1.0}) {
-      for (const Move& move : {Move{sign * 1e-3 * Vector3::Unit(axis), Vector3::Zero()}, Move{Vector3::Zero(), sign * 0.1 * kDegree * Vector3::Unit(axis)}}) {
+      for (const Move& move :
+           {Move{sign * 1e-3 * Vector3::Unit(axis), Vector3::Zero()}, Move{Vector3::Zero(), sign * 0.1 * kDegree * Vector3::Unit(axis)}}) {
         const auto camera = camera_at(move.by_W, move.turn_C);
         const CameraCheck check = look(*camera);
         EXPECT_EQ(check.verdict, Verdict::kMoved) << move.by_W.transpose() << " " << move.turn_C.transpose();
@@ -121,7 +126,8 @@ TEST_F(CameraWatchTest, TheArmRingsNothing) {
   while (looks < 100) {
     Pose X_WT{Pose::Identity()};
     X_WT.translation() << random.uniform(-0.4, 0.4), random.uniform(-0.3, 0.3), random.uniform(0.03, 0.15);
-    X_WT.linear() = (Eigen::AngleAxisd{random.uniform(-3.0, 3.0), Vector3::UnitZ()} * Eigen::AngleAxisd{std::numbers::pi, Vector3::UnitX()}).toRotationMatrix();
+    X_WT.linear() = (Eigen::AngleAxisd{random.uniform(-3.0, 3.0), Vector3::UnitZ()} * Eigen::AngleAxisd{std::numbers::pi, Vector3::UnitX()})
+                        .toRotationMatrix();
     const auto solutions = kinematics::InverseKinematics{kinematics}.solve(X_WT, cell.arm.park);
     if (solutions.empty()) continue;
     ++looks;
@@ -130,7 +136,8 @@ TEST_F(CameraWatchTest, TheArmRingsNothing) {
     auto picture = take(*camera, X_WL);
     const CameraCheck check = watch.look(rgb_of(picture));
     nothing += check.verdict == Verdict::kNothing ? 1 : 0;
-    EXPECT_TRUE(check.verdict == Verdict::kNothing || check.verdict == Verdict::kInPlace) << looks << ": " << 1e3 * check.shift << " mm, " << check.seen;
+    EXPECT_TRUE(check.verdict == Verdict::kNothing || check.verdict == Verdict::kInPlace)
+        << looks << ": " << 1e3 * check.shift << " mm, " << check.seen;
     EXPECT_EQ(check.seen, check.expected);
     worst = std::max(worst, check.shift);
   }
@@ -165,7 +172,7 @@ TEST_F(CameraWatchTest, TheSecondFrameInARowRingsAndSilences) {
   const Scene alarm = see(*aside);
   EXPECT_EQ(alarm.quality, SceneQuality::kMisplaced);
   EXPECT_TRUE(alarm.discs.empty());
-  EXPECT_THAT(alarm.text, HasSubstr("the camera has moved by 2.0 mm"));
+  EXPECT_THAT(alarm.text, HasSubstr("the table seems shifted by up to 2.0"));
   EXPECT_THAT(alarm.text, HasSubstr("4 of 4 markers seen"));
   EXPECT_LE(alarm.text.size(), 255U);
   EXPECT_EQ(see(*straight).quality, SceneQuality::kMisplaced);
@@ -176,20 +183,37 @@ TEST_F(CameraWatchTest, TheSecondFrameInARowRingsAndSilences) {
   EXPECT_EQ(back.discs.size(), 6U);
 }
 
-TEST_F(CameraWatchTest, LooksNoMoreOftenThanItsPeriod) {
-  const auto aside = camera_at({2e-3, 0.0, 0.0});
-  Perceiver eyes{settings, model, arm, cell.arm.X_WB};  // at its first frame, doubtful, and so at the second
-  for (int i = 0; i < 2; ++i) {
-    const auto picture = take(*aside, parked);
-    EXPECT_EQ(eyes.process(picture.color, &picture.depth, parked).quality, i == 0 ? SceneQuality::kOk : SceneQuality::kMisplaced);
+TEST_F(CameraWatchTest, LooksOnceAPeriodAndAgainToBeSure) {
+  const auto straight = camera_at(), aside = camera_at({2e-3, 0.0, 0.0});
+  mask.place(parked);
+  const auto rings = [&](support::SceneRenderer& renderer) {
+    auto picture = take(renderer, parked);
+    return watch.on_frame(rgb_of(picture), picture.color.exposed, false).has_value();
+  };
+  EXPECT_FALSE(rings(*straight));
+  int frames = 1;
+  while (!rings(*aside)) ++frames;
+  EXPECT_EQ(frames, 17) << "fifteen frames last 5 ns less than half a second; and one more to be sure";
+}
+
+// The planner decides on the second scene at rest (cell.yaml: planner.task.settled_scenes). A knock looks as if all discs moved, and what comes to rest is
+// looked at at once: there is no second one.
+TEST_F(CameraWatchTest, NobodyDecidesOnWhatAKnockedCameraSees) {
+  const auto straight = camera_at(), aside = camera_at({1e-3, 0.0, 0.0});
+  Perceiver eyes{settings, model, arm, cell.arm.X_WB};
+  for (const int before : {3, 7, 12}) {
+    for (int i = 0; i < before + 20; ++i) {
+      const auto picture = take(*straight, parked);
+      (void)eyes.process(picture.color, &picture.depth, parked);
+    }
+    int at_rest = 0;
+    for (int i = 0; i < 20; ++i) {
+      const auto picture = take(*aside, parked);
+      const Scene scene = eyes.process(picture.color, &picture.depth, parked);
+      at_rest += scene.quality == SceneQuality::kOk && scene.max_speed < 0.02 ? 1 : 0;
+    }
+    EXPECT_LE(at_rest, 1) << before;
   }
-  const auto straight = camera_at();
-  int frames = 0;
-  for (bool rings = true; rings; ++frames) {
-    const auto picture = take(*straight, parked);
-    rings = eyes.process(picture.color, &picture.depth, parked).quality == SceneQuality::kMisplaced;
-  }
-  EXPECT_EQ(frames, 16) << "half a second at 30 Hz, and the frame after";
 }
 
 TEST_F(CameraWatchTest, ACameraThatIsFarOffIsFoundAllOverTheImage) {
@@ -216,7 +240,7 @@ TEST_F(CameraWatchTest, MarkersThatNobodySeesAreSaid) {
   }
   EXPECT_EQ(scene.quality, SceneQuality::kMisplaced);
   EXPECT_THAT(scene.text, HasSubstr("none of the 4 markers on the table is seen"));
-  EXPECT_GT(frames, 40) << "one look without a marker proves little";
+  EXPECT_GT(frames, 30) << "one look without a marker proves little";
 }
 
 TEST_F(CameraWatchTest, WithoutMarkersNothingIsWatched) {

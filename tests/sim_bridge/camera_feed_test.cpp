@@ -103,7 +103,9 @@ TEST_F(CameraFeedTest, AMovedCameraSeesTheSameFromElsewhereAndComesBack) {
   EXPECT_NE(frames[1].rgb, frames[0].rgb);
   EXPECT_EQ(frames[2].rgb, frames[0].rgb);
   // The disc is 7 px aside: 50 mm of 0.8 m at a focal length of 114 px.
-  const auto red_at = [&](const ColorFrame& frame, int x) { return frame.rgb[static_cast<std::size_t>(3 * (44 * 160 + x))] - frame.rgb[static_cast<std::size_t>(3 * (44 * 160 + x) + 2)]; };
+  const auto red_at = [&](const ColorFrame& frame, int x) {
+    return frame.rgb[static_cast<std::size_t>(3 * (44 * 160 + x))] - frame.rgb[static_cast<std::size_t>(3 * (44 * 160 + x) + 2)];
+  };
   EXPECT_GT(red_at(frames[0], 83), 60);
   EXPECT_LT(red_at(frames[1], 83), 60);
   EXPECT_GT(red_at(frames[1], 83 - 7), 60);
