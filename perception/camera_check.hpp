@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 namespace breakshot::perception {
 
@@ -19,5 +20,10 @@ struct CameraCheck {
   double moved = 0.0;   ///< of the camera, m
   double turned = 0.0;  ///< rad
 };
+
+/// "in place", ...
+const char* to_string(CameraCheck::Verdict verdict) noexcept;
+/// What a check found that rings an alarm, for people. @param max_shift  that is allowed, m
+std::string describe(const CameraCheck& check, double max_shift);
 
 }  // namespace breakshot::perception

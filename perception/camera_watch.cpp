@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <numbers>
 #include <utility>
 
 namespace breakshot::perception {
@@ -175,31 +173,13 @@ const std::optional<std::string>& CameraWatch::on_frame(const cv::Mat3b& rgb, Ti
       break;
     case CameraCheck::Verdict::kMoved:
       doubtful_ = !alarm_ && !was_doubtful;
-      if (!doubtful_) alarm_ = describe(check);
+      if (!doubtful_) alarm_ = describe(check, settings_.max_shift);
       break;
     case CameraCheck::Verdict::kUnseen:
-      if (unseen_ >= kUnseenLooks) alarm_ = describe(check);
+      if (unseen_ >= kUnseenLooks) alarm_ = describe(check, settings_.max_shift);
       break;
   }
   return alarm_;
-}
-
-std::string CameraWatch::describe(const CameraCheck& check) const {
-  char text[255];
-  if (check.verdict == CameraCheck::Verdict::kUnseen) {
-    std::snprintf(
-        text, sizeof text,
-        "none of the %d markers on the table is seen where the camera's calibration puts them: clear the view, or calibrate again",
-        check.expected);
-  } else {
-    std::snprintf(
-        text, sizeof text,
-        "the camera has moved by %.1f mm and %.2f deg: the table seems shifted by up to %.2f mm (%d of %d markers seen); allowed: %.2f mm; "
-        "put it back, or calibrate again",
-        1e3 * check.moved, check.turned * 180.0 / std::numbers::pi, 1e3 * check.shift, check.seen, check.expected,
-        1e3 * settings_.max_shift);
-  }
-  return text;
 }
 
 }  // namespace breakshot::perception

@@ -49,7 +49,6 @@ class CameraWatch {
   bool hidden(const Watched& watched) const noexcept;
   void find(const cv::Mat3b& rgb, const cv::Rect& where, std::vector<Sighting>& sightings) const;
   void judge(const std::vector<Sighting>& sightings, CameraCheck& check) const;
-  std::string describe(const CameraCheck& check) const;
 
   CameraModel camera_;
   CameraWatchSettings settings_;

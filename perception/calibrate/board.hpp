@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/config/config_node.hpp"
 #include "common/geometry.hpp"
 #include "common/table_markers.hpp"
 
@@ -27,6 +28,8 @@ struct Board {
 
 /// Reads a board's file. @throws ConfigError
 Board load_board(const std::filesystem::path& file);
+/// Where a board lies, X_WP: `p_WP` and `yaw_deg` of a map. @throws ConfigError
+Pose read_place(const ConfigNode& node);
 
 /// A rectangle of ink, in P, m.
 struct Ink {
@@ -56,6 +59,9 @@ class BoardDetector {
   BoardView find(const cv::Mat1b& grey, const std::string& picture) const;
 
  private:
+  // Side of a square in the image, where it is smallest; 0 when no two neighbours are there.
+  double square_px(const std::vector<cv::Point2f>& corners, const std::vector<int>& ids) const;
+
   Board board_;
   cv::Ptr<cv::aruco::CharucoBoard> charuco_;
   cv::Ptr<cv::aruco::DetectorParameters> parameters_;

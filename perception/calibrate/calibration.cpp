@@ -122,9 +122,12 @@ double largest_sigma(const Matrix3& covariance) {
 Result<Calibration, CalibrationRefusal> calibrate(const std::vector<CalibrationView>& views, const Board& board, const CameraModel& start,
                                                   const CalibrationSettings& settings) {
   if (auto refusal = check_views(views, board, start)) return *refusal;
+  if (auto refusal = check_arm(views)) return *refusal;
   auto guess = initial_guess(views, start, settings.intrinsics);
   if (!guess) return guess.error();
-  if (auto refusal = check_variety(views, *guess, settings.intrinsics)) return *refusal;
+  if (settings.intrinsics) {
+    if (auto refusal = check_lens(views, *guess)) return *refusal;
+  }
 
   const Unknowns unknowns{views, *guess, settings.intrinsics};
   const Eigen::Index count = coordinates(views);
@@ -154,18 +157,21 @@ Result<Calibration, CalibrationRefusal> calibrate(const std::vector<CalibrationV
 
   Calibration result;
   result.camera = unknowns.camera(x);
-  if (std::any_of(views.begin(), views.end(), [](const CalibrationView& view) { return view.place == BoardPlace::kArm; })) result.X_TP = unknowns.X_TP(x);
+  if (std::any_of(views.begin(), views.end(), [](const CalibrationView& view) { return view.place == BoardPlace::kArm; }))
+    result.X_TP = unknowns.X_TP(x);
   const Eigen::VectorXd pixels = sigma * fit.residuals;
   const double degrees = static_cast<double>(std::max<Eigen::Index>(1, count - unknowns.count()));
   result.residual = std::sqrt(pixels.squaredNorm() / static_cast<double>(count));
   Eigen::Index row = 0;
   for (const CalibrationView& view : views) {
     const auto size = static_cast<Eigen::Index>(2 * view.seen.p_P.size());
-    result.views.push_back({view.seen.picture, static_cast<int>(size / 2), std::sqrt(pixels.segment(row, size).squaredNorm() / static_cast<double>(size))});
+    result.views.push_back(
+        {view.seen.picture, static_cast<int>(size / 2), std::sqrt(pixels.segment(row, size).squaredNorm() / static_cast<double>(size))});
     row += size;
   }
   // Of weighted corners the variance is that of their weighted residuals.
-  const double variance = (fit.weights.array() * pixels.array().square()).sum() / degrees + (alike(views) - 1) * kSharedSigma * kSharedSigma;
+  const double variance =
+      (fit.weights.array() * pixels.array().square()).sum() / degrees + (alike(views) - 1) * kSharedSigma * kSharedSigma;
   const Eigen::MatrixXd covariance = variance / (sigma * sigma) * fit.inverse;
   result.covariance = covariance.topLeftCorner<6, 6>();
   result.turn_sigma = largest_sigma(result.covariance.topLeftCorner<3, 3>());

@@ -35,12 +35,12 @@ struct CalibrationSettings {
 
 struct Calibration {
   CameraModel camera;
-  std::optional<Pose> X_TP;    ///< of a board held by the arm
-  double residual = 0.0;       ///< px, RMS over all coordinates
-  double p_sigma = 0.0;        ///< m, standard deviation of the camera's position, along its worst axis
-  double turn_sigma = 0.0;     ///< rad, the same of its orientation
+  std::optional<Pose> X_TP;                ///< of a board held by the arm
+  double residual = 0.0;                   ///< px, RMS over all coordinates
+  double p_sigma = 0.0;                    ///< m, standard deviation of the camera's position, along its worst axis
+  double turn_sigma = 0.0;                 ///< rad, the same of its orientation
   Eigen::Matrix<double, 6, 6> covariance;  ///< of the pose: small rotation vector and shift, both in W (least_squares.hpp: nearby())
-  double lens_sigma = 0.0;     ///< px: how well the lens is known where it is known worst in the image; 0 when it was taken as given
+  double lens_sigma = 0.0;  ///< px: how well the lens is known where it is known worst in the image; 0 when it was taken as given
   struct PerView {
     std::string picture;
     int corners = 0;

@@ -72,16 +72,15 @@ void guess_arm(const std::vector<CalibrationView>& views, Guess& guess) {
   guess.X_TP = to_pose(R_PT, t_PT).inverse();
 }
 
-}  // namespace
-
-Result<Guess, CalibrationRefusal> initial_guess(const std::vector<CalibrationView>& views, const CameraModel& start, bool intrinsics) {
+Result<Guess, CalibrationRefusal> guess_all(const std::vector<CalibrationView>& views, const CameraModel& start, bool intrinsics) {
   Guess guess{start, {}, Pose::Identity()};
   if (intrinsics) guess_lens(views, guess.camera);
   for (const CalibrationView& view : views) {
     cv::Mat turn, t, R;
-    const bool solved = cv::solvePnP(board_points(view.seen), image_points(view.seen), camera_matrix(guess.camera), guess.camera.distortion, turn, t,
-                                     false, cv::SOLVEPNP_IPPE);
-    if (!solved || cv::countNonZero(cv::Mat(t != t)) > 0) return CalibrationRefusal{view.seen.picture + ": found corners that no board shows"};
+    const bool solved = cv::solvePnP(board_points(view.seen), image_points(view.seen), camera_matrix(guess.camera), guess.camera.distortion,
+                                     turn, t, false, cv::SOLVEPNP_IPPE);
+    if (!solved || cv::countNonZero(cv::Mat(t != t)) > 0)
+      return CalibrationRefusal{view.seen.picture + ": found corners that no board shows"};
     cv::Rodrigues(turn, R);
     guess.X_CP.push_back(to_pose(R, t));
   }
@@ -97,6 +96,16 @@ Result<Guess, CalibrationRefusal> initial_guess(const std::vector<CalibrationVie
     guess.camera.X_WC = views[i].X_WP * guess.X_CP[i].inverse();
   }
   return guess;
+}
+
+}  // namespace
+
+Result<Guess, CalibrationRefusal> initial_guess(const std::vector<CalibrationView>& views, const CameraModel& start, bool intrinsics) {
+  try {
+    return guess_all(views, start, intrinsics);
+  } catch (const cv::Exception& error) {
+    return CalibrationRefusal{"no camera explains the pictures, not even roughly (" + error.err + ")"};
+  }
 }
 
 }  // namespace breakshot::perception
