@@ -18,14 +18,16 @@ const char* to_string(CameraCheck::Verdict verdict) noexcept {
 std::string describe(const CameraCheck& check, double max_shift) {
   char text[255];
   if (check.verdict == CameraCheck::Verdict::kUnseen) {
-    std::snprintf(text, sizeof text,
-                  "none of the %d markers on the table is seen where the camera's calibration puts them: clear the view, or calibrate again",
-                  check.expected);
+    std::snprintf(
+        text, sizeof text,
+        "none of the %d markers on the table is seen where the camera's calibration puts them: clear the view, or calibrate again",
+        check.expected);
   } else {
-    std::snprintf(text, sizeof text,
-                  "the camera has moved by %.1f mm and %.2f deg: the table seems shifted by up to %.2f mm (%d of %d markers seen); allowed: %.2f mm; "
-                  "put it back, or calibrate again",
-                  1e3 * check.moved, check.turned * 180.0 / std::numbers::pi, 1e3 * check.shift, check.seen, check.expected, 1e3 * max_shift);
+    std::snprintf(
+        text, sizeof text,
+        "the camera has moved by %.1f mm and %.2f deg: the table seems shifted by up to %.2f mm (%d of %d markers seen); allowed: %.2f mm; "
+        "put it back, or calibrate again",
+        1e3 * check.moved, check.turned * 180.0 / std::numbers::pi, 1e3 * check.shift, check.seen, check.expected, 1e3 * max_shift);
   }
   return text;
 }

@@ -15,7 +15,7 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr int kMaxSide = 4096;                          // px, as the camera file allows
+constexpr int kMaxSide = 4096;                                 // px, as the camera file allows
 constexpr std::size_t kMaxFileSize = std::size_t{128} << 20U;  // bytes; 4096 x 4096 px uncompressed are 50 MB
 
 [[noreturn]] void refuse(const std::string& name, const std::string& found, const std::string& allowed) {
@@ -89,7 +89,8 @@ cv::Mat decode(Bytes bytes, const std::string& name) {
 }
 
 std::string describe(const cv::Mat& image) {
-  return std::to_string(image.channels()) + (image.channels() == 1 ? " channel of " : " channels of ") + std::to_string(8 * image.elemSize1()) + " bits";
+  return std::to_string(image.channels()) + (image.channels() == 1 ? " channel of " : " channels of ") +
+         std::to_string(8 * image.elemSize1()) + " bits";
 }
 
 std::vector<std::uint8_t> read_file(const std::filesystem::path& file) {

@@ -43,7 +43,8 @@ std::vector<std::filesystem::path> pictures(const std::vector<std::string>& name
     }
     std::vector<std::filesystem::path> inside;
     for (const auto& entry : std::filesystem::directory_iterator{name}) {
-      if (entry.path().extension() == ".png" || entry.path().extension() == ".jpg" || entry.path().extension() == ".jpeg") inside.push_back(entry.path());
+      if (entry.path().extension() == ".png" || entry.path().extension() == ".jpg" || entry.path().extension() == ".jpeg")
+        inside.push_back(entry.path());
     }
     if (inside.empty()) throw std::runtime_error(name + ": found no .png, .jpg or .jpeg in the folder");
     std::sort(inside.begin(), inside.end());
@@ -55,8 +56,8 @@ std::vector<std::filesystem::path> pictures(const std::vector<std::string>& name
 cv::Mat1b read_grey(const std::filesystem::path& file, const CameraModel& camera) {
   ColorFrame frame = read_color(file);
   if (frame.width != camera.width || frame.height != camera.height) {
-    throw std::runtime_error(fmt::format("{}: found {} x {} px; the camera's file says {} x {}", file.string(), frame.width, frame.height, camera.width,
-                                         camera.height));
+    throw std::runtime_error(fmt::format("{}: found {} x {} px; the camera's file says {} x {}", file.string(), frame.width, frame.height,
+                                         camera.width, camera.height));
   }
   cv::Mat1b grey;
   cv::cvtColor(cv::Mat3b{frame.height, frame.width, reinterpret_cast<cv::Vec3b*>(frame.rgb.data())}, grey, cv::COLOR_RGB2GRAY);
@@ -67,7 +68,8 @@ std::vector<CalibrationView> read_views(const Options& options, const Board& boa
   const BoardDetector detector{board};
   std::vector<CalibrationView> views;
   const auto add = [&](const std::filesystem::path& file, BoardPlace place) -> CalibrationView& {
-    return views.emplace_back(CalibrationView{detector.find(read_grey(file, camera), file.filename().string()), place, board.X_WP, Pose::Identity()});
+    return views.emplace_back(
+        CalibrationView{detector.find(read_grey(file, camera), file.filename().string()), place, board.X_WP, Pose::Identity()});
   };
   if (!options.places.empty()) {
     const auto places = load_places_file(options.places);
@@ -77,7 +79,8 @@ std::vector<CalibrationView> read_views(const Options& options, const Board& boa
   } else {
     const kinematics::ArmKinematics kinematics{load_cell_arm(cell), cell.arm.X_WB};
     const auto joints = load_joints_file(options.joints, kinematics.joints());
-    for (const auto& file : pictures(options.images)) add(file, BoardPlace::kArm).X_WT = kinematics.tip_in_world(joints.of(file.filename().string()));
+    for (const auto& file : pictures(options.images))
+      add(file, BoardPlace::kArm).X_WT = kinematics.tip_in_world(joints.of(file.filename().string()));
   }
   for (const auto& file : pictures(options.free)) add(file, BoardPlace::kFree);
   return views;
@@ -88,11 +91,11 @@ void report(const Calibration& result, const CalibrationSettings& settings) {
   for (const auto& view : result.views) fmt::print("{:<40} {:>8} {:>12.3f}\n", view.picture, view.corners, view.residual);
   const Vector3 p = result.camera.X_WC.translation();
   fmt::print("residual  {:.3f} px RMS over all\n", result.residual);
-  fmt::print("pose      p_WC = [{:.5f}, {:.5f}, {:.5f}] m, standard deviation {:.3f} mm and {:.4f} deg along the worst axes\n", p.x(), p.y(), p.z(),
-             1e3 * result.p_sigma, kDegrees * result.turn_sigma);
+  fmt::print("pose      p_WC = [{:.5f}, {:.5f}, {:.5f}] m, standard deviation {:.3f} mm and {:.4f} deg along the worst axes\n", p.x(),
+             p.y(), p.z(), 1e3 * result.p_sigma, kDegrees * result.turn_sigma);
   if (settings.intrinsics) {
-    fmt::print("lens      f = {:.2f}, {:.2f} px, c = {:.2f}, {:.2f} px; sure to {:.3f} px (standard deviation) everywhere in the image\n", result.camera.fx,
-               result.camera.fy, result.camera.cx, result.camera.cy, result.lens_sigma);
+    fmt::print("lens      f = {:.2f}, {:.2f} px, c = {:.2f}, {:.2f} px; sure to {:.3f} px (standard deviation) everywhere in the image\n",
+               result.camera.fx, result.camera.fy, result.camera.cx, result.camera.cy, result.lens_sigma);
   }
   if (result.X_TP) {
     const Vector3 t = result.X_TP->translation();
@@ -101,8 +104,10 @@ void report(const Calibration& result, const CalibrationSettings& settings) {
 }
 
 std::string note_of(const Calibration& result) {
-  return fmt::format("Calibrated from {} pictures: residual {:.3f} px RMS; pose known to {:.3f} mm and {:.4f} deg (standard deviation along the worst axes).",
-                     result.views.size(), result.residual, 1e3 * result.p_sigma, kDegrees * result.turn_sigma);
+  return fmt::format(
+      "Calibrated from {} pictures: residual {:.3f} px RMS; pose known to {:.3f} mm and {:.4f} deg (standard deviation along the worst "
+      "axes).",
+      result.views.size(), result.residual, 1e3 * result.p_sigma, kDegrees * result.turn_sigma);
 }
 
 /// Where the table's markers are as this camera sees them, to be put into cell.yaml.
@@ -132,7 +137,8 @@ void run(const Options& options) {
   if (options.out.empty()) throw std::runtime_error("found no --out; needed: the file for the calibration");
   const Board board = load_board(options.board);
   if (board.dictionary == cell.table_markers.dictionary && !cell.table_markers.at.empty()) {
-    throw std::runtime_error(options.board + ": found the dictionary of cell.table_markers; needed: another one, or markers are taken for each other");
+    throw std::runtime_error(options.board +
+                             ": found the dictionary of cell.table_markers; needed: another one, or markers are taken for each other");
   }
   const auto result = calibrate(read_views(options, board, cell, start), board, start, options.settings);
   if (!result) throw std::runtime_error("refused: " + result.error().text);
@@ -155,16 +161,23 @@ int main(int argc, char** argv) {
   app.add_option("--images", options.images, "pictures, or folders of them: PNG or JPEG");
   app.add_option("--free", options.free, "more pictures, of the board held anyhow: they help --intrinsics");
   app.add_option("--board", options.board, "the board (config/boards/)")->capture_default_str()->check(CLI::ExistingFile);
-  CLI::Option* places = app.add_option("--places", options.places, "where the board lay for each picture, if it was moved (default: all where its own file says)")
+  CLI::Option* places = app.add_option("--places", options.places,
+                                       "where the board lay for each picture, if it was moved (default: all where its own file says)")
                             ->check(CLI::ExistingFile);
-  app.add_option("--joints", options.joints, "the arm holds the board: joint angles of each picture")->check(CLI::ExistingFile)->excludes(places);
+  app.add_option("--joints", options.joints, "the arm holds the board: joint angles of each picture")
+      ->check(CLI::ExistingFile)
+      ->excludes(places);
   app.add_flag("--intrinsics", options.settings.intrinsics, "find the lens, too: focal lengths, principal point, distortion");
-  app.add_option("--camera", options.camera, "calibration to start from: image size, and the lens if that is not asked for (default: the cell's)")
+  app.add_option("--camera", options.camera,
+                 "calibration to start from: image size, and the lens if that is not asked for (default: the cell's)")
       ->check(CLI::ExistingFile);
   app.add_option("--out", options.out, "where the calibration goes");
-  app.add_option("--markers", options.markers, "a picture of the empty table: prints where its markers are, for cell.table_markers")->check(CLI::ExistingFile);
+  app.add_option("--markers", options.markers, "a picture of the empty table: prints where its markers are, for cell.table_markers")
+      ->check(CLI::ExistingFile);
   app.add_option("--print-board", options.print, "write the board for printing: .pdf (true size) or .png (600 dpi)");
-  app.add_option("--max-residual", options.settings.max_residual, "px RMS: more is refused")->capture_default_str()->check(CLI::Range(0.01, 10.0));
+  app.add_option("--max-residual", options.settings.max_residual, "px RMS: more is refused")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 10.0));
   app.add_option("--config", options.config, "cell configuration")->capture_default_str()->check(CLI::ExistingFile);
   app.add_option("--set", options.overrides, "section.key=value: override the configuration")->allow_extra_args(false);
   CLI11_PARSE(app, argc, argv);

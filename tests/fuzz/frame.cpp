@@ -88,13 +88,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::fill_n(range.begin(), kWidth * kHeight, input.take<std::uint16_t>());
     for (int boxes = input.take<std::uint8_t>() % 24; boxes > 0 && input.left() > 0; --boxes) {
       const int left = input.take<std::uint8_t>() % kWidth, top = input.take<std::uint8_t>() % kHeight;
-      const int right = std::min(kWidth, left + input.take<std::uint8_t>() % 64), bottom = std::min(kHeight, top + input.take<std::uint8_t>() % 64);
+      const int right = std::min(kWidth, left + input.take<std::uint8_t>() % 64),
+                bottom = std::min(kHeight, top + input.take<std::uint8_t>() % 64);
       const bool round = input.take<std::uint8_t>() % 2 == 0;
       const std::uint8_t paint[3] = {input.take<std::uint8_t>(), input.take<std::uint8_t>(), input.take<std::uint8_t>()};
       const auto far = input.take<std::uint16_t>();
       for (int y = top; y < bottom; ++y) {
         for (int x = left; x < right; ++x) {
-          const double u = (2.0 * x + 1.0 - left - right) / std::max(1, right - left), v = (2.0 * y + 1.0 - top - bottom) / std::max(1, bottom - top);
+          const double u = (2.0 * x + 1.0 - left - right) / std::max(1, right - left),
+                       v = (2.0 * y + 1.0 - top - bottom) / std::max(1, bottom - top);
           if (round && u * u + v * v > 1.0) continue;
           const auto pixel = static_cast<std::size_t>(y * kWidth + x);
           std::copy_n(paint, 3, rgb.begin() + static_cast<std::ptrdiff_t>(3 * pixel));

@@ -64,7 +64,8 @@ cv::Mat1b BoardPainter::paint(const CameraModel& camera, const Pose& X_WP, std::
   SplitMix64 random{seed};
   cv::Mat1b grey(image.size());
   for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) grey(y, x) = cv::saturate_cast<std::uint8_t>(static_cast<double>(image(y, x)) + noise * random.normal());
+    for (int x = 0; x < image.cols; ++x)
+      grey(y, x) = cv::saturate_cast<std::uint8_t>(static_cast<double>(image(y, x)) + noise * random.normal());
   }
   return grey;
 }

@@ -60,7 +60,8 @@ TEST_F(BoardTest, TheShippedBoardsPrintAndAreFound) {
     ASSERT_EQ(static_cast<int>(view.p_P.size()), board.corners()) << name;
     // P: from the lower left corner, x to the right, y up.
     for (std::size_t i = 0; i < view.p_P.size(); ++i) {
-      const double x = (view.p_P[i].x() + 0.01) * dots * kScale - 0.5, y = printed.rows * kScale - (view.p_P[i].y() + 0.01) * dots * kScale - 0.5;
+      const double x = (view.p_P[i].x() + 0.01) * dots * kScale - 0.5,
+                   y = printed.rows * kScale - (view.p_P[i].y() + 0.01) * dots * kScale - 0.5;
       EXPECT_NEAR(view.p_pixel[i].x(), x, 0.3) << name;
       EXPECT_NEAR(view.p_pixel[i].y(), y, 0.3) << name;
     }
@@ -76,7 +77,8 @@ TEST_F(BoardTest, TheInkIsThatOfOpenCvsOwnDrawing) {
   cv::Mat1b ours(theirs.size(), std::uint8_t{255});
   for (const Ink& ink : ink_of(board)) {
     const auto dot = [](double length) { return static_cast<int>(std::lround(1e4 * length)); };
-    ours(cv::Rect{cv::Point{dot(ink.low.x()), ours.rows - dot(ink.high.y())}, cv::Point{dot(ink.high.x()), ours.rows - dot(ink.low.y())}}) = std::uint8_t{0};
+    ours(cv::Rect{cv::Point{dot(ink.low.x()), ours.rows - dot(ink.high.y())}, cv::Point{dot(ink.high.x()), ours.rows - dot(ink.low.y())}}) =
+        std::uint8_t{0};
   }
   EXPECT_LT(cv::countNonZero(ours != theirs), 0.002 * static_cast<double>(ours.total())) << "but for rounding at the edges";
 }
@@ -120,11 +122,14 @@ TEST_F(BoardTest, PlacesAreReadByPicture) {
 }
 
 TEST_F(BoardTest, JointsAreReadByPicture) {
-  const auto joints = load_joints_file(write("joints.yaml", "pictures:\n  - {image: a.png, q_deg: [0, 90]}\n  - {image: b.png, q_deg: [1, 2]}\n"), 2);
+  const auto joints =
+      load_joints_file(write("joints.yaml", "pictures:\n  - {image: a.png, q_deg: [0, 90]}\n  - {image: b.png, q_deg: [1, 2]}\n"), 2);
   EXPECT_NEAR(joints.of("a.png")[1], 1.5707963, 1e-6);
   EXPECT_THROW((void)joints.of("c.png"), std::runtime_error);
   EXPECT_THROW((void)load_joints_file(write("joints.yaml", "pictures:\n  - {image: a.png, q_deg: [0, 90, 1]}\n"), 2), ConfigError);
-  EXPECT_THROW((void)load_joints_file(write("joints.yaml", "pictures:\n  - {image: a.png, q_deg: [0, 90]}\n  - {image: a.png, q_deg: [0, 1]}\n"), 2), ConfigError);
+  EXPECT_THROW(
+      (void)load_joints_file(write("joints.yaml", "pictures:\n  - {image: a.png, q_deg: [0, 90]}\n  - {image: a.png, q_deg: [0, 1]}\n"), 2),
+      ConfigError);
 }
 
 }  // namespace

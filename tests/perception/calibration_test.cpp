@@ -25,7 +25,8 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 Pose looking_down(const Vector3& p_W, double tilt_x = 0.0, double tilt_y = 0.0, double turn = 0.0) {
   Pose X{Pose::Identity()};
   X.translation() = p_W;
-  X.linear() = (Eigen::AngleAxisd{turn, Vector3::UnitZ()} * Eigen::AngleAxisd{std::numbers::pi + tilt_x, Vector3::UnitX()} * Eigen::AngleAxisd{tilt_y, Vector3::UnitY()})
+  X.linear() = (Eigen::AngleAxisd{turn, Vector3::UnitZ()} * Eigen::AngleAxisd{std::numbers::pi + tilt_x, Vector3::UnitX()} *
+                Eigen::AngleAxisd{tilt_y, Vector3::UnitY()})
                    .toRotationMatrix();
   return X;
 }
@@ -45,7 +46,8 @@ class CalibrationTest : public ::testing::Test {
   // On the table, somewhere near the middle.
   CalibrationView on_table(const Pose& X_WP, double noise = 2.0) {
     ++pictures;
-    return {detector.find(painter.paint(truth, X_WP, pictures, noise), "table" + std::to_string(pictures) + ".png"), BoardPlace::kTable, X_WP, Pose::Identity()};
+    return {detector.find(painter.paint(truth, X_WP, pictures, noise), "table" + std::to_string(pictures) + ".png"), BoardPlace::kTable,
+            X_WP, Pose::Identity()};
   }
   Pose lying(double dx, double dy, double yaw) const {
     Pose X{Pose::Identity()};
@@ -69,11 +71,12 @@ class CalibrationTest : public ::testing::Test {
   // At the arm: the tip points down, tilted and turned in all ways; the board is clamped to it crookedly.
   CalibrationView at_arm(const Pose& X_WT) {
     ++pictures;
-    return {detector.find(painter.paint(truth, X_WT * X_TP, pictures), "arm" + std::to_string(pictures) + ".png"), BoardPlace::kArm, {}, X_WT};
+    return {
+        detector.find(painter.paint(truth, X_WT * X_TP, pictures), "arm" + std::to_string(pictures) + ".png"), BoardPlace::kArm, {}, X_WT};
   }
   Pose tip() {
-    return looking_down({random.uniform(-0.1, 0.1), random.uniform(-0.08, 0.08), random.uniform(0.05, 0.25)}, random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4),
-                        random.uniform(-1.0, 1.0));
+    return looking_down({random.uniform(-0.1, 0.1), random.uniform(-0.08, 0.08), random.uniform(0.05, 0.25)}, random.uniform(-0.4, 0.4),
+                        random.uniform(-0.4, 0.4), random.uniform(-1.0, 1.0));
   }
   // What is still wrong: rotation vector and shift in W, as Calibration::covariance has them.
   static Eigen::Matrix<double, 6, 1> error(const Pose& found, const Pose& is) {
@@ -134,8 +137,8 @@ TEST_F(CalibrationTest, ABoardOnTheTableGivesThePoseAndHowSureItIs) {
     turn_sigma = std::max(turn_sigma, result->turn_sigma);
     EXPECT_LT(result->residual, 0.1);
   }
-  std::printf("  %d runs of two pictures: worst %.3f mm and %.4f deg, stated %.3f mm and %.4f deg, NEES %.2f (6 is right)\n", kRuns, 1e3 * worst_p, worst_turn / kDegree,
-              1e3 * p_sigma, turn_sigma / kDegree, nees / kRuns);
+  std::printf("  %d runs of two pictures: worst %.3f mm and %.4f deg, stated %.3f mm and %.4f deg, NEES %.2f (6 is right)\n", kRuns,
+              1e3 * worst_p, worst_turn / kDegree, 1e3 * p_sigma, turn_sigma / kDegree, nees / kRuns);
   EXPECT_LT(worst_p, 1e-3);
   EXPECT_LT(worst_turn, 0.07 * kDegree);
   EXPECT_GT(nees / kRuns, 4.0) << "the mean of 30 is within 4.8 and 7.3, 95 % of the time";
@@ -150,8 +153,8 @@ TEST_F(CalibrationTest, AFewPlacesOnTheTableGiveItToATenthOfThat) {
   const auto result = calibrate(views, board, start, {});
   ASSERT_TRUE(result) << result.error().text;
   const auto e = error(result->camera.X_WC, truth.X_WC);
-  std::printf("  error %.3f mm and %.4f deg, stated %.3f mm and %.4f deg\n", 1e3 * e.tail<3>().norm(), e.head<3>().norm() / kDegree, 1e3 * result->p_sigma,
-              result->turn_sigma / kDegree);
+  std::printf("  error %.3f mm and %.4f deg, stated %.3f mm and %.4f deg\n", 1e3 * e.tail<3>().norm(), e.head<3>().norm() / kDegree,
+              1e3 * result->p_sigma, result->turn_sigma / kDegree);
   EXPECT_LT(e.tail<3>().norm(), 0.2e-3);
   EXPECT_LT(e.head<3>().norm(), 0.02 * kDegree);
   EXPECT_EQ(result->views.size(), views.size());
@@ -170,8 +173,8 @@ TEST_F(CalibrationTest, ABoardAtTheArmGivesThePoseAndItsOwn) {
     ASSERT_TRUE(result) << result.error().text;
     const auto e = error(result->camera.X_WC, truth.X_WC);
     nees += e.dot(result->covariance.inverse() * e);
-    std::printf("  error %.3f mm and %.4f deg, stated %.3f mm and %.4f deg\n", 1e3 * e.tail<3>().norm(), e.head<3>().norm() / kDegree, 1e3 * result->p_sigma,
-                result->turn_sigma / kDegree);
+    std::printf("  error %.3f mm and %.4f deg, stated %.3f mm and %.4f deg\n", 1e3 * e.tail<3>().norm(), e.head<3>().norm() / kDegree,
+                1e3 * result->p_sigma, result->turn_sigma / kDegree);
     EXPECT_LT(e.tail<3>().norm(), 0.2e-3);
     EXPECT_LT(e.head<3>().norm(), 0.02 * kDegree);
     ASSERT_TRUE(result->X_TP);
@@ -204,9 +207,11 @@ TEST_F(CalibrationTest, TheLensIsFoundFromATableBoardAndFreeOnes) {
       worst = std::max(worst, (result->camera.point_on_plane(pixel, 0.0) - truth.point_on_plane(pixel, 0.0)).norm());
     }
   }
-  std::printf("  f %.2f %.2f, c %.2f %.2f; pose off by %.3f mm and %.4f deg, stated %.3f mm and %.4f deg; lens sure to %.3f px; the table off by %.3f mm at most\n",
-              result->camera.fx, result->camera.fy, result->camera.cx, result->camera.cy, 1e3 * e.tail<3>().norm(), e.head<3>().norm() / kDegree, 1e3 * result->p_sigma,
-              result->turn_sigma / kDegree, result->lens_sigma, 1e3 * worst);
+  std::printf(
+      "  f %.2f %.2f, c %.2f %.2f; pose off by %.3f mm and %.4f deg, stated %.3f mm and %.4f deg; lens sure to %.3f px; the table off by "
+      "%.3f mm at most\n",
+      result->camera.fx, result->camera.fy, result->camera.cx, result->camera.cy, 1e3 * e.tail<3>().norm(), e.head<3>().norm() / kDegree,
+      1e3 * result->p_sigma, result->turn_sigma / kDegree, result->lens_sigma, 1e3 * worst);
   EXPECT_LT(worst, 0.6e-3);
   EXPECT_LT(e.dot(result->covariance.inverse() * e), 22.5) << "99.9 % of the time";
   EXPECT_LT(result->residual, 0.1);

@@ -61,7 +61,8 @@ TEST(ImageFile, RefusesWhatIsNoSuchPicture) {
   EXPECT_THAT(error_of({}), HasSubstr("x: found an empty file; allowed: PNG, JPEG"));
   EXPECT_THAT(error_of({'n', 'o'}), HasSubstr("found no image of a known kind"));
   EXPECT_THAT(error_of(encoded(colours(), ".bmp")), HasSubstr("found no image of a known kind"));
-  EXPECT_THAT(error_of(encoded(cv::Mat1b(9, 9, std::uint8_t{1}), ".png")), HasSubstr("found 1 channel of 8 bits; allowed: 3 channels of 8 bits"));
+  EXPECT_THAT(error_of(encoded(cv::Mat1b(9, 9, std::uint8_t{1}), ".png")),
+              HasSubstr("found 1 channel of 8 bits; allowed: 3 channels of 8 bits"));
   EXPECT_THAT(error_of(encoded(cv::Mat(9, 9, CV_16UC3, cv::Scalar::all(1)), ".png")), HasSubstr("found 3 channels of 16 bits"));
   EXPECT_THAT(error_of(encoded(cv::Mat(9, 9, CV_8UC4, cv::Scalar::all(1)), ".png")), HasSubstr("found 4 channels of 8 bits"));
   EXPECT_THAT(error_of(encoded(colours(), ".png"), true), HasSubstr("found 3 channels of 8 bits; allowed: 1 channel of 16 bits"));
