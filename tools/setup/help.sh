@@ -15,6 +15,8 @@ breakshot: a robot cell that singulates discs by hitting and pushing them.
   bench [NAME]          run a benchmark; without a name: list them
   plot                  draw what a benchmark of strategies or of strokes wrote
   perceive, render      run perception on an image; render an image of a formation
+  calibrate             find where the camera is from pictures of a ChArUco board; print such a board
+  fuzz [NAME]           throw broken files and frames at the readers
   replay FILE           feed a flight record of the controller through its control loop again
   clean [--all]         remove the builds; with --all also what was fetched
 
@@ -146,8 +148,28 @@ Draws what ./breakshot bench singulation (or paper) wrote with --csv and --strok
 well P(singulated) was predicted; and the map over the workspace of ./breakshot bench strokes --json. Installs matplotlib into build/plots-venv the first time.
 TEXT
       ;;
-    perceive | render)
+    fuzz) cat <<'TEXT'
+./breakshot fuzz [NAME...] [--minutes M]
+
+Runs fuzzers (libFuzzer with AddressSanitizer and UndefinedBehaviorSanitizer), each for M minutes (10) on one core at low priority. Ends with the first finding,
+whose input is kept in build/fuzz/found. Installs clang 14 for this the first time. docs/testing.md says more.
+  image_file      PNG and JPEG, as perceive and calibrate read them
+  frame           camera frames as perception takes them from the wire, to the scene
+  camera_file     config/cameras
+  cell_file       config/cell.yaml and --set
+  urdf_file       config/arms
+  formation_file  config/formations, and specs of random clusters
+TEXT
+      ;;
+    perceive | render | calibrate)
       case $1 in
+        calibrate) cat <<'TEXT'
+./breakshot calibrate --images FOLDER --out CAMERA.yaml [options]
+
+Finds where the camera is, and with --intrinsics what its lens does, from pictures of a ChArUco board that lies on the table at a stated place, or that the
+arm holds (--joints). Says how large the residuals are and how sure the result is; refuses a poor one with the reason. docs/calibration.md goes through it.
+TEXT
+          ;;
         perceive) say "./breakshot perceive ...: runs perception on an image and shows what it sees." ;;
         render) say "./breakshot render ...: renders what the simulated camera sees of a formation." ;;
       esac
