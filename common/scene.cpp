@@ -2,6 +2,8 @@
 
 #include "common/gap.hpp"
 
+#include <cstdio>
+
 namespace breakshot {
 
 const char* to_string(SceneQuality quality) noexcept {
@@ -13,6 +15,27 @@ const char* to_string(SceneQuality quality) noexcept {
     case SceneQuality::kMisplaced: return "misplaced";
   }
   return "invalid";
+}
+
+const char* to_string(ForeignObject::Kind kind) noexcept {
+  switch (kind) {
+    case ForeignObject::Kind::kPaint: return "a coloured patch that is no disc";
+    case ForeignObject::Kind::kHeight: return "something that stands up from the table";
+    case ForeignObject::Kind::kOffTable: return "a disc that does not lie on the table, or something on it";
+  }
+  return "invalid";
+}
+
+std::string describe(const ForeignObject& object) {
+  char text[160];
+  std::snprintf(text, sizeof text, "%s at (%.3f, %.3f) m, about %.0f mm across", to_string(object.kind), object.p_W.x(), object.p_W.y(),
+                2e3 * object.extent);
+  std::string all = text;
+  if (object.height > 0.0) {
+    std::snprintf(text, sizeof text, ", %.0f mm high", 1e3 * object.height);
+    all += text;
+  }
+  return all;
 }
 
 double smallest_gap(const Scene& scene) noexcept { return smallest_gap_between(scene.discs); }

@@ -9,6 +9,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 
 namespace breakshot::perception {
 
@@ -36,6 +37,9 @@ class Perceiver {
   /// @throws std::invalid_argument when X_WL is neither empty nor one pose per link
   /// Cost: about 4 ms for 1280 x 720 pixels and six discs on one core.
   Scene process(const ColorFrame& color, const DepthFrame* depth = nullptr, std::span<const Pose> X_WL = {});
+
+  /// The scene of a frame that is not to be looked at for a reason from outside, such as its age.
+  Scene refuse(const ColorFrame& color, const std::string& why);
 
   const CameraModel& camera() const noexcept;
   /// What the table's markers said of the camera's place when they were last looked at.

@@ -4,6 +4,9 @@
 #include "common/table_markers.hpp"
 #include "common/time.hpp"
 
+#include <array>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +19,13 @@ struct ColourRange {
   double hue_min_deg = 0.0, hue_max_deg = 360.0;
   double saturation_min = 0.35, saturation_max = 1.0;
   double value_min = 0.10, value_max = 1.0;
+  std::optional<double> paint_hue_deg{};  ///< of the paint itself under the reference light; nothing: not known
+};
+
+/// How discs are found. `paper` is there to be compared with.
+enum class Method : std::uint8_t {
+  kRobust,  ///< under the light of now, circles through sub-pixel edges, with covariance; touching by the gap between them
+  kPaper,   ///< HSV ranges as they are, a disc for each patch: its middle and its area, to a pixel; touching where thick contours overlap
 };
 
 /// The method of the paper, Sec. 5: contours made thicker, their overlap taken for a contact, its long axis for the push.
@@ -45,8 +55,10 @@ struct PerceptionSettings {
   Vector2 p_WB{-0.5, 0.0};           ///< base of the arm: pushes start at the end nearer to it
 
   // The section `perception`.
-  double radius_min = 0.015, radius_max = 0.060;  ///< what counts as a disc, m
-  int morphology_px = 3;                          ///< side of the square of opening and closing, px, odd
+  Method method = Method::kRobust;
+  std::array<double, 3> table_rgb{194.0, 191.0, 184.0};  ///< colour of the table under the reference light, encoded, [0, 255]
+  double radius_min = 0.015, radius_max = 0.060;         ///< what counts as a disc, m
+  int morphology_px = 3;                                 ///< side of the square of opening and closing, px, odd
   /// Exponent of the camera's encoding, by which pixel values become light before edges are measured: 2.2 for a real camera, whose pixels
   /// average light; 1 for the simulator, whose pixels average encoded values. A wrong one shifts edges by up to 0.2 px.
   double edge_gamma = 1.0;

@@ -7,6 +7,7 @@
 #include "common/urdf/cell_arm.hpp"
 #include "controller/kinematics/arm_kinematics.hpp"
 #include "perception/camera_match.hpp"
+#include "perception/image_check.hpp"
 #include "perception/joint_history.hpp"
 #include "perception/node/frame_intake.hpp"
 #include "perception/perceiver.hpp"
@@ -39,7 +40,7 @@ class FrameFigures {
     double hz = 0.0, p99_us = 0.0, max_us = 0.0;  // over the last frames that the buffer holds
     double age_ms = 0.0;                          // from exposure to the scene of the newest frame
     SceneQuality quality = SceneQuality::kOk;
-    std::string text;
+    std::string text, foreign;
     std::size_t discs = 0;
     CameraCheck camera;
     Time arrived{};
@@ -53,6 +54,7 @@ class FrameFigures {
     ++summary_.frames;
     summary_.quality = scene.quality;
     summary_.text = scene.text;
+    summary_.foreign = scene.foreign.empty() ? std::string{} : describe(scene.foreign.front());
     summary_.discs = scene.discs.size();
     summary_.camera = camera;
     summary_.age_ms = age_ms;
@@ -126,12 +128,15 @@ class PerceptionNode {
   void handle(const FramePair& frames) {
     const Time start = process::monotonic_now();
     process_.clock().observe(frames.color.exposed);
-    const Scene scene = perceiver_.process(frames.color, frames.has_depth ? &frames.depth : nullptr, links_at(frames.color.exposed));
-    scenes_.write(scene);
-    const Time end = process::monotonic_now();
     // In lockstep mode stamps are not of the monotonic clock, and the age of a frame is no time that anybody waited.
     const bool real_time = process_.cell().mode == CellMode::kRealTime;
-    figures_.add(scene, perceiver_.camera_check(), end, end - start, real_time ? 1e3 * to_seconds(end - frames.color.exposed) : 0.0);
+    const auto too_old = real_time ? stale(frames.color, start, config_.stale_limit) : std::nullopt;
+    Scene scene = too_old ? perceiver_.refuse(frames.color, *too_old)
+                          : perceiver_.process(frames.color, frames.has_depth ? &frames.depth : nullptr, links_at(frames.color.exposed));
+    if (real_time) scene.age = process::monotonic_now() - frames.color.exposed;
+    scenes_.write(scene);
+    const Time end = process::monotonic_now();
+    figures_.add(scene, perceiver_.camera_check(), end, end - start, 1e3 * to_seconds(scene.age));
     if (scene.quality != quality_) tell_change(scene);
   }
 
@@ -180,6 +185,8 @@ class PerceptionNode {
       h.text = fmt::format("no camera frames on cell/color for {:.0f} s", silence);
     } else if (s.quality != SceneQuality::kOk) {
       h.text = fmt::format("{} image: {}", to_string(s.quality), s.text).substr(0, 255);
+    } else if (!s.foreign.empty()) {
+      h.text = fmt::format("foreign on the table: {}", s.foreign).substr(0, 255);
     } else if (s.frames > 0 && !verified_) {
       h.text = "the camera's calibration is not confirmed: nothing on cell/camera_info yet";
     } else {

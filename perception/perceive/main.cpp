@@ -49,6 +49,13 @@ nlohmann::json to_json(const Scene& scene, const std::vector<ColourRange>& colou
                                {"push_direction_W", to_json(contact.push_direction_W)},
                                {"contour_length_m", contact.contour_length}});
   }
+  out["foreign"] = nlohmann::json::array();
+  for (const ForeignObject& object : scene.foreign) {
+    out["foreign"].push_back({{"what", to_string(object.kind)},
+                              {"p_W_m", to_json(object.p_W)},
+                              {"extent_m", object.extent},
+                              {"height_m", object.height == 0.0 ? nlohmann::json() : nlohmann::json(object.height)}});
+  }
   const double gap = smallest_gap(scene);
   out["smallest_gap_m"] = std::isfinite(gap) ? nlohmann::json(gap) : nlohmann::json();
   return out;

@@ -13,7 +13,7 @@ breakshot: a robot cell that singulates discs by hitting and pushing them.
   order, stop           send an order to the running cell and follow it; cancel it
   recover               end a stop of the controller: until then no order is taken and nothing moves
   bench [NAME]          run a benchmark; without a name: list them
-  plot                  draw what a benchmark of strategies wrote
+  plot                  draw what a benchmark of strategies or of strokes wrote
   perceive, render      run perception on an image; render an image of a formation
   calibrate             find where the camera is from pictures of a ChArUco board; print such a board
   fuzz [NAME]           throw broken files and frames at the readers
@@ -134,6 +134,7 @@ Runs a benchmark: prints a table for people, and with --json writes one JSON obj
   strokes      planned strokes: accuracy, limits, time beside lower bounds
   paper        the paper's strategy and its baselines over whole episodes in the in-process cell
   singulation  strategies in pairs over worlds drawn by the whole protocol: statistics, every episode and stroke in a CSV
+  cell         the same episodes through the real processes in real time and through the in-process cell
   world        the planner's virtual world beside ODE and Box2D
   perception   finding discs in rendered pictures
   camera       what a rendered frame costs
@@ -141,10 +142,10 @@ Each says its options with: ./breakshot bench NAME -- --help
 TEXT
       ;;
     plot) cat <<'TEXT'
-./breakshot plot --episodes CSV [--strokes CSV] [--out FOLDER]
+./breakshot plot [--episodes CSV] [--strokes CSV] [--map JSON] [--out FOLDER]
 
 Draws what ./breakshot bench singulation (or paper) wrote with --csv and --strokes-csv: mean times beside the paper's, their distribution, strokes, and how
-well P(singulated) was predicted. Installs matplotlib into build/plots-venv the first time.
+well P(singulated) was predicted; and the map over the workspace of ./breakshot bench strokes --json. Installs matplotlib into build/plots-venv the first time.
 TEXT
       ;;
     fuzz) cat <<'TEXT'
