@@ -133,15 +133,6 @@ class Perceiver::Impl {
   const CameraCheck& camera_check() const noexcept { return watch_.last(); }
 
  private:
-  // What a bad frame makes of a scene.
-  Scene refused(Scene scene, const ImageFault& fault) {
-    scene.quality = fault.quality;
-    scene.text = fault.text;
-    scene.max_speed = std::numeric_limits<double>::infinity();
-    tracker_.interrupt();
-    return scene;
-  }
-
   // Beside its period, whenever things come to rest: that is what somebody decides on. (A camera that is knocked sets all discs moving.)
   void watch_camera(const cv::Mat3b& rgb, Scene& scene) {
     constexpr double kMoving = 0.01, kSlow = 0.05;  // m/s
@@ -154,7 +145,17 @@ class Perceiver::Impl {
     scene.discs.clear();
     scene.contacts.clear();
     scene.foreign.clear();
+    scene.at_rest = false;
     scene.max_speed = std::numeric_limits<double>::infinity();
+  }
+
+  // What a bad frame makes of a scene.
+  Scene refused(Scene scene, const ImageFault& fault) {
+    scene.quality = fault.quality;
+    scene.text = fault.text;
+    scene.max_speed = std::numeric_limits<double>::infinity();
+    tracker_.interrupt();
+    return scene;
   }
 
   // Twice: the second time each disc knows its neighbours' fits, not guesses, and which guesses were no discs at all.
@@ -217,7 +218,10 @@ class Perceiver::Impl {
       contact.a = static_cast<std::uint16_t>(found.a);
       contact.b = static_cast<std::uint16_t>(found.b);
       contact.gap = gap_between(a, b);
-      contact.p_touch = settings_.method == Method::kPaper ? 1.0 : touch_probability(contact.gap, std::sqrt(gap_variance(a, b, settings_.edge_common_sigma)), settings_.touch_gap);
+      contact.p_touch =
+          settings_.method == Method::kPaper
+              ? 1.0
+              : touch_probability(contact.gap, std::sqrt(gap_variance(a, b, settings_.edge_common_sigma)), settings_.touch_gap);
       contact.push_start_W = found.push_start_W;
       contact.push_direction_W = found.push_direction_W;
       contact.contour_length = found.contour_length;

@@ -57,8 +57,8 @@ struct PerceptionSettings {
   // The section `perception`.
   Method method = Method::kRobust;
   std::array<double, 3> table_rgb{194.0, 191.0, 184.0};  ///< colour of the table under the reference light, encoded, [0, 255]
-  double radius_min = 0.015, radius_max = 0.060;  ///< what counts as a disc, m
-  int morphology_px = 3;                          ///< side of the square of opening and closing, px, odd
+  double radius_min = 0.015, radius_max = 0.060;         ///< what counts as a disc, m
+  int morphology_px = 3;                                 ///< side of the square of opening and closing, px, odd
   /// Exponent of the camera's encoding, by which pixel values become light before edges are measured: 2.2 for a real camera, whose pixels
   /// average light; 1 for the simulator, whose pixels average encoded values. A wrong one shifts edges by up to 0.2 px.
   double edge_gamma = 1.0;

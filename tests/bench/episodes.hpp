@@ -21,9 +21,9 @@ struct EpisodeSpec {
 struct EpisodeRecord {
   EpisodeSpec spec;
   support::EpisodeResult result;
-  bool success = false;  ///< see succeeded()
-  double time_s = 0.0;   ///< of the cell clock; kFailureTime for a failure
-  double min_gap = 0.0;  ///< that the order asked for, m
+  bool success = false;                      ///< see succeeded()
+  double time_s = 0.0;                       ///< of the cell clock; kFailureTime for a failure
+  double min_gap = 0.0;                      ///< that the order asked for, m
   double friction = 0.0, restitution = 0.0;  ///< the world's, which the planner may have learnt
 };
 

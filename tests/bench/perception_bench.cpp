@@ -113,12 +113,15 @@ class Bench {
     const double frame = quantile(robust.cpu_ms, 0.5);
     metrics["lower_bound_ms"] = bound;
     metrics["over_lower_bound"] = frame / bound;
-    std::printf("lengths in mm; F1 of `touching` at 0.5 mm, `clear` without pairs within 0.15 mm of that; `false`: called touching at 1 mm or more.\n"
-                "NEES 2 is right (95 %% band %.2f to %.2f over all), `band`: share of scenes in their own 95 %% band; of radii and gaps 1 is right.\n"
-                "foreign objects reported where there are none: %d\n"
-                "frame: median %.2f ms of CPU, worst %.2f ms; colour conversion and one pass over it %.2f ms, ratio %.2f\n",
-                of_robust["nees_band"][0].get<double>(), of_robust["nees_band"][1].get<double>(), robust.foreign, frame, quantile(robust.cpu_ms, 1.0), bound,
-                frame / bound);
+    std::printf(
+        "lengths in mm; F1 of `touching` at 0.5 mm, `clear` without pairs within 0.15 mm of that; `false`: called touching at 1 mm or "
+        "more.\n"
+        "NEES 2 is right (95 %% band %.2f to %.2f over all), `band`: share of scenes in their own 95 %% band; of radii and gaps 1 is "
+        "right.\n"
+        "foreign objects reported where there are none: %d\n"
+        "frame: median %.2f ms of CPU, worst %.2f ms; colour conversion and one pass over it %.2f ms, ratio %.2f\n",
+        of_robust["nees_band"][0].get<double>(), of_robust["nees_band"][1].get<double>(), robust.foreign, frame,
+        quantile(robust.cpu_ms, 1.0), bound, frame / bound);
     if (!options_.no_hough) std::printf("hough: %s (found by --tune-hough 120)\n", to_string(HoughSettings{}).c_str());
     if (options_.json.empty()) return;
     const auto goal = [&](const char* name, double value, double limit, bool at_least = false) {
@@ -223,8 +226,8 @@ class Bench {
                            0.1 * 1e3 * std::sqrt(score.gap2 / std::max(1, score.gaps));
       if (value <= best) continue;
       best = value;
-      std::printf("%4d: found %d, missed %d, invented %d, gap rms %.2f mm, touch F1 %.3f: %s\n", trial, score.discs, score.missed, score.invented,
-                  1e3 * std::sqrt(score.gap2 / std::max(1, score.gaps)), score.f1(), to_string(settings).c_str());
+      std::printf("%4d: found %d, missed %d, invented %d, gap rms %.2f mm, touch F1 %.3f: %s\n", trial, score.discs, score.missed,
+                  score.invented, 1e3 * std::sqrt(score.gap2 / std::max(1, score.gaps)), score.f1(), to_string(settings).c_str());
     }
   }
 

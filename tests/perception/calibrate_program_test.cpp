@@ -36,7 +36,8 @@ class CalibrateProgram : public ::testing::Test {
 
   // What the program says, with its exit status in the last line.
   std::string run(const std::string& arguments) const {
-    const std::string command = "cd " BREAKSHOT_SOURCE_DIR " && " BREAKSHOT_BINARY_DIR "/bin/breakshot-calibrate " + arguments + " 2>&1; echo exit status $?";
+    const std::string command =
+        "cd " BREAKSHOT_SOURCE_DIR " && " BREAKSHOT_BINARY_DIR "/bin/breakshot-calibrate " + arguments + " 2>&1; echo exit status $?";
     std::string said;
     FILE* pipe = popen(command.c_str(), "r");
     std::array<char, 512> line{};
@@ -105,7 +106,8 @@ TEST_F(CalibrateProgram, FromABoardAtTheArm) {
   for (int number = 0; number < 10;) {
     Pose X_WT{Pose::Identity()};
     X_WT.translation() << random.uniform(-0.25, 0.25), random.uniform(-0.15, 0.15), random.uniform(0.08, 0.25);
-    X_WT.linear() = (Eigen::AngleAxisd{random.uniform(-0.6, 0.6), Vector3::UnitZ()} * Eigen::AngleAxisd{std::numbers::pi + random.uniform(-0.4, 0.4), Vector3::UnitX()} *
+    X_WT.linear() = (Eigen::AngleAxisd{random.uniform(-0.6, 0.6), Vector3::UnitZ()} *
+                     Eigen::AngleAxisd{std::numbers::pi + random.uniform(-0.4, 0.4), Vector3::UnitX()} *
                      Eigen::AngleAxisd{random.uniform(-0.4, 0.4), Vector3::UnitY()})
                         .toRotationMatrix();
     const auto solutions = inverse.solve(X_WT, cell.arm.park);
@@ -120,7 +122,8 @@ TEST_F(CalibrateProgram, FromABoardAtTheArm) {
     joints << "]}\n";
   }
   joints.close();
-  const std::string arguments = "--images " + in("pictures") + " --joints " + in("joints.yaml") + " --board config/boards/striker_a5.yaml --out " + in("camera.yaml");
+  const std::string arguments =
+      "--images " + in("pictures") + " --joints " + in("joints.yaml") + " --board config/boards/striker_a5.yaml --out " + in("camera.yaml");
   const std::string said = run(arguments);
   EXPECT_THAT(said, HasSubstr("exit status 0"));
   EXPECT_THAT(said, HasSubstr("in the tip's frame"));

@@ -35,7 +35,8 @@ void Score::add(const Finding& finding, std::span<const sim_bridge::DiscState> t
     const auto nearest = std::min_element(truth.begin(), truth.end(), [&](const auto& a, const auto& b) {
       return (a.p_WD - disc.p_WD).squaredNorm() < (b.p_WD - disc.p_WD).squaredNorm();
     });
-    if (nearest == truth.end() || (nearest->p_WD - disc.p_WD).norm() > kMatch || of[static_cast<std::size_t>(nearest - truth.begin())] != kNone) {
+    if (nearest == truth.end() || (nearest->p_WD - disc.p_WD).norm() > kMatch ||
+        of[static_cast<std::size_t>(nearest - truth.begin())] != kNone) {
       ++invented;
       continue;
     }
@@ -87,8 +88,8 @@ void Score::add(const Finding& finding, std::span<const sim_bridge::DiscState> t
       gap_sum += error;
       gap_max = std::max(gap_max, std::abs(error));
       const Vector2 n_AB = (disc_b.p_WD - disc_a.p_WD).normalized();
-      const double variance = n_AB.dot((disc_a.covariance + disc_b.covariance) * n_AB) + std::pow(disc_a.radius_sigma, 2) +
-                              std::pow(disc_b.radius_sigma, 2);
+      const double variance =
+          n_AB.dot((disc_a.covariance + disc_b.covariance) * n_AB) + std::pow(disc_a.radius_sigma, 2) + std::pow(disc_b.radius_sigma, 2);
       if (disc_a.has_covariance && disc_b.has_covariance) gap_nees += error * error / variance;
     }
   }
@@ -129,16 +130,18 @@ nlohmann::json Score::metrics() const {
 }
 
 void Score::print_head() {
-  std::printf("%-14s %-7s %6s %6s %5s | %6s %6s | %6s %6s | %6s %6s | %6s %6s %6s | %5s %5s %5s %5s | %6s\n", "lighting", "method", "discs", "missed",
-              "inv.", "centre", "max", "radius", "max", "gap", "max", "F1", "clear", "false", "NEES", "band", "rad.", "gap", "ms");
+  std::printf("%-14s %-7s %6s %6s %5s | %6s %6s | %6s %6s | %6s %6s | %6s %6s %6s | %5s %5s %5s %5s | %6s\n", "lighting", "method", "discs",
+              "missed", "inv.", "centre", "max", "radius", "max", "gap", "max", "F1", "clear", "false", "NEES", "band", "rad.", "gap",
+              "ms");
 }
 
 void Score::print_row(const std::string& lighting, const std::string& method) const {
   const nlohmann::json m = metrics();
   const auto number = [&](const char* key) { return m[key].get<double>(); };
-  std::printf("%-14s %-7s %6d %6d %5d | %6.3f %6.3f | %6.3f %6.3f | %6.3f %6.3f | %6.3f %6.3f %6d |", lighting.c_str(), method.c_str(), discs + missed,
-              missed, invented, number("centre_rms_mm"), number("centre_max_mm"), number("radius_rms_mm"), number("radius_max_mm"),
-              number("gap_rms_mm"), number("gap_max_mm"), number("touch_f1"), number("touch_f1_clear"), false_contacts);
+  std::printf("%-14s %-7s %6d %6d %5d | %6.3f %6.3f | %6.3f %6.3f | %6.3f %6.3f | %6.3f %6.3f %6d |", lighting.c_str(), method.c_str(),
+              discs + missed, missed, invented, number("centre_rms_mm"), number("centre_max_mm"), number("radius_rms_mm"),
+              number("radius_max_mm"), number("gap_rms_mm"), number("gap_max_mm"), number("touch_f1"), number("touch_f1_clear"),
+              false_contacts);
   if (m.contains("nees")) {
     std::printf(" %5.2f %5.2f %5.2f %5.2f |", number("nees"), number("scenes_in_nees_band"), number("radius_nees"), number("gap_nees"));
   } else {

@@ -24,7 +24,7 @@ struct FoundDisc {
 struct Finding {
   std::vector<FoundDisc> discs;
   std::vector<std::pair<std::size_t, std::size_t>> touching;  ///< pairs of them that it calls touching, the smaller index first
-  std::size_t foreign = 0;  ///< objects that it calls neither disc nor table
+  std::size_t foreign = 0;                                    ///< objects that it calls neither disc nor table
   double cpu_ms = 0.0;
 };
 
