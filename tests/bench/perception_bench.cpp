@@ -3,6 +3,7 @@
 // `robust` beside the paper's method beside OpenCV's HoughCircles, all on the same pictures. Truth is used here to score, never by perception.
 
 #include "common/config/camera_file.hpp"
+#include "perception/annotate.hpp"
 #include "perception/perceiver.hpp"
 #include "perception/perception_config.hpp"
 #include "sim_bridge/sim_bridge_config.hpp"
@@ -15,6 +16,7 @@
 
 #include <CLI/CLI.hpp>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
@@ -40,7 +42,7 @@ struct Options {
   bool no_hough = false;
   std::string config = "config/cell.yaml";
   std::vector<std::string> overrides;
-  std::string json;
+  std::string json, pictures;
 };
 
 // CPU time of this thread, ms: does not depend on what else the machine does.
@@ -195,7 +197,38 @@ class Bench {
       add("paper", seen_by(paper, picture, true));
       if (!options_.no_hough) add("hough", seen_by_hough(picture.color, {}));
       bound_ms.push_back(lower_bound_ms(picture.color));
+      if (!options_.pictures.empty() && i == options_.n - 1) this->picture(lighting.name, picture);
     }
+  }
+
+  // A scene as perception sees it, and the same with a hand 55 mm above the table painted into it.
+  void picture(const std::string& name, support::RenderedScene scene) const {
+    draw(name + ".png", scene);
+    cv::Mat rgb(scene.color.height, scene.color.width, CV_8UC3, scene.color.rgb.data());
+    cv::Mat depth(scene.depth.height, scene.depth.width, CV_16UC1, scene.depth.depth.data());
+    cv::Mat1b hand(rgb.size(), std::uint8_t{0});
+    cv::ellipse(hand, {700, 470}, {75, 95}, 10.0, 0.0, 360.0, 255, cv::FILLED);
+    for (int finger = 0; finger < 4; ++finger) cv::line(hand, {645 + 38 * finger, 420}, {615 + 48 * finger, 270 + 12 * std::abs(finger - 1)}, 255, 26);
+    cv::line(hand, {720, 540}, {770, 719}, 255, 95);
+    rgb.setTo(cv::Scalar{196, 150, 128}, hand);
+    depth.setTo(cv::Scalar{7450}, hand);
+    draw(name + "_hand.png", scene);
+  }
+
+  void draw(const std::string& name, const support::RenderedScene& shown) const {
+    perception::Perceiver eyes{perception_, camera_};
+    const Scene scene = eyes.process(shown.color, &shown.depth);
+    perception::Annotation annotation;
+    annotation.workspace = cell_.workspace;
+    annotation.disc_height = cell_.disc_height;
+    annotation.striker_radius = cell_.striker_radius;
+    annotation.target_gap = cell_.target_gap;
+    ColorFrame drawn = perception::annotate(shown.color, scene, camera_, annotation);
+    cv::Mat bgr;
+    cv::cvtColor(cv::Mat(drawn.height, drawn.width, CV_8UC3, drawn.rgb.data()), bgr, cv::COLOR_RGB2BGR);
+    const std::string file = options_.pictures + "/" + name;
+    if (!cv::imwrite(file, bgr)) throw std::runtime_error(file + ": cannot be written");
+    std::printf("  %s: %zu discs, %zu foreign objects\n", file.c_str(), scene.discs.size(), scene.foreign.size());
   }
 
   // Random search over everything that HoughCircles can be told, on scenes that no figure comes from. Best: most discs found, none invented.
@@ -253,6 +286,7 @@ int main(int argc, char** argv) {
   app.add_option("--tune-hough", options.tune_hough, "only search so many parameter sets for HoughCircles")->check(CLI::Range(1, 100'000));
   app.add_option("--config", options.config, "cell configuration")->check(CLI::ExistingFile);
   app.add_option("--set", options.overrides, "section.key=value: override the configuration");
+  app.add_option("--pictures", options.pictures, "folder for each lighting's last scene as perception sees it")->check(CLI::ExistingDirectory);
   app.add_option("--json", options.json, "file for the figures");
   CLI11_PARSE(app, argc, argv);
   try {
