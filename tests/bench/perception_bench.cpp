@@ -39,7 +39,7 @@ struct Options {
   std::vector<std::string> lightings{"all"};
   SceneOptions scenes;
   int tune_hough = 0;
-  bool no_hough = false;
+  bool no_hough = false, verbose = false;
   std::string config = "config/cell.yaml";
   std::vector<std::string> overrides;
   std::string json, pictures;
@@ -95,6 +95,7 @@ class Bench {
     double worst_f1 = 1.0;
     for (const Lighting& lighting : lightings_) {
       std::map<std::string, Score> scores;
+      scores["robust"].verbose = options_.verbose;
       measure(lighting, scores, over_all, bound_ms);
       for (const char* method : {"robust", "paper", "hough"}) {
         if (!scores.contains(method)) continue;
@@ -203,7 +204,7 @@ class Bench {
 
   // A scene as perception sees it, and the same with a hand 55 mm above the table painted into it.
   void picture(const std::string& name, support::RenderedScene scene) const {
-    draw(name + ".png", scene);
+    draw(name + ".jpg", scene);
     cv::Mat rgb(scene.color.height, scene.color.width, CV_8UC3, scene.color.rgb.data());
     cv::Mat depth(scene.depth.height, scene.depth.width, CV_16UC1, scene.depth.depth.data());
     cv::Mat1b hand(rgb.size(), std::uint8_t{0});
@@ -212,7 +213,7 @@ class Bench {
     cv::line(hand, {720, 540}, {770, 719}, 255, 95);
     rgb.setTo(cv::Scalar{196, 150, 128}, hand);
     depth.setTo(cv::Scalar{7450}, hand);
-    draw(name + "_hand.png", scene);
+    draw(name + "_hand.jpg", scene);
   }
 
   void draw(const std::string& name, const support::RenderedScene& shown) const {
@@ -283,6 +284,7 @@ int main(int argc, char** argv) {
   app.add_option("--gap-max", options.scenes.gap_max, "gaps are drawn from 0 to this, m")->check(CLI::Range(0.0, 0.05));
   app.add_flag("--equal-colours", options.scenes.equal_colours, "all discs of a scene in one colour");
   app.add_flag("--no-hough", options.no_hough, "without HoughCircles, which takes most of the time");
+  app.add_flag("--verbose", options.verbose, "name every disc that robust misses");
   app.add_option("--tune-hough", options.tune_hough, "only search so many parameter sets for HoughCircles")->check(CLI::Range(1, 100'000));
   app.add_option("--config", options.config, "cell configuration")->check(CLI::ExistingFile);
   app.add_option("--set", options.overrides, "section.key=value: override the configuration");
