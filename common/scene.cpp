@@ -14,6 +14,7 @@ const char* to_string(SceneQuality quality) noexcept {
     case SceneQuality::kDark: return "dark";
     case SceneQuality::kFrozen: return "frozen";
     case SceneQuality::kBadImage: return "bad image";
+    case SceneQuality::kMisplaced: return "misplaced";
   }
   return "invalid";
 }

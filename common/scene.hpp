@@ -57,9 +57,10 @@ struct ForeignObject {
 
 enum class SceneQuality : std::uint8_t {
   kOk = 0,
-  kDark = 1,      ///< the image carries no usable light
-  kFrozen = 2,    ///< the same content under new stamps
-  kBadImage = 3,  ///< wrong size, encoding or stamp
+  kDark = 1,       ///< the image carries no usable light
+  kFrozen = 2,     ///< the same content under new stamps
+  kBadImage = 3,   ///< wrong size, encoding or stamp
+  kMisplaced = 4,  ///< the camera is not where its calibration says
 };
 
 /// What stands on the table. Travels on `cell/scene` once per camera frame.

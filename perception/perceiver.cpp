@@ -1,6 +1,7 @@
 #include "perception/perceiver.hpp"
 
 #include "perception/arm_mask.hpp"
+#include "perception/camera_watch.hpp"
 #include "perception/disc_fit.hpp"
 #include "perception/foreign_objects.hpp"
 #include "perception/hue_check.hpp"
@@ -18,6 +19,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace breakshot::perception {
@@ -62,6 +64,7 @@ class Perceiver::Impl {
       : settings_{settings},
         view_{camera, settings.disc_height},
         arm_{camera, arm, X_WB, settings.arm_margin},
+        watch_{camera, settings_.watch, arm_},
         image_check_{camera.width, camera.height, settings.dark_level},
         meter_{settings.table_rgb},
         segmenter_{settings_},
@@ -114,6 +117,7 @@ class Perceiver::Impl {
     add_discs(scene);
     add_contacts(scene, regions);
     tracker_.update(scene);
+    watch_camera(rgb, scene);
     return scene;
   }
 
@@ -126,6 +130,7 @@ class Perceiver::Impl {
   }
 
   const CameraModel& camera() const noexcept { return view_.camera; }
+  const CameraCheck& camera_check() const noexcept { return watch_.last(); }
 
  private:
   // What a bad frame makes of a scene.
@@ -135,6 +140,21 @@ class Perceiver::Impl {
     scene.max_speed = std::numeric_limits<double>::infinity();
     tracker_.interrupt();
     return scene;
+  }
+
+  // Beside its period, whenever things come to rest: that is what somebody decides on. (A camera that is knocked sets all discs moving.)
+  void watch_camera(const cv::Mat3b& rgb, Scene& scene) {
+    constexpr double kMoving = 0.01, kSlow = 0.05;  // m/s
+    const bool came_to_rest = std::exchange(last_speed_, scene.max_speed) >= kMoving && scene.max_speed < kSlow;
+    const auto& alarm = watch_.on_frame(rgb, scene.exposed, came_to_rest);
+    if (!alarm) return;
+    // Places that come from a wrong pose look right and are not: better none.
+    scene.quality = SceneQuality::kMisplaced;
+    scene.text = *alarm;
+    scene.discs.clear();
+    scene.contacts.clear();
+    scene.foreign.clear();
+    scene.max_speed = std::numeric_limits<double>::infinity();
   }
 
   // Twice: the second time each disc knows its neighbours' fits, not guesses, and which guesses were no discs at all.
@@ -208,6 +228,7 @@ class Perceiver::Impl {
   PerceptionSettings settings_;
   View view_;
   ArmMask arm_;
+  CameraWatch watch_;
   ImageCheck image_check_;
   LightMeter meter_;
   Segmenter segmenter_;
@@ -218,6 +239,7 @@ class Perceiver::Impl {
   Tracker tracker_;
   bool has_arm_;
   int min_area_px_ = 0;
+  double last_speed_ = 0.0;  // Scene::max_speed of the frame before
   std::uint64_t scenes_ = 0;
   std::vector<CircleGuess> guesses_;
   std::vector<DiscFit> fits_;
@@ -236,5 +258,6 @@ Scene Perceiver::process(const ColorFrame& color, const DepthFrame* depth, std::
 }
 Scene Perceiver::refuse(const ColorFrame& color, const std::string& why) { return impl_->refuse(color, why); }
 const CameraModel& Perceiver::camera() const noexcept { return impl_->camera(); }
+const CameraCheck& Perceiver::camera_check() const noexcept { return impl_->camera_check(); }
 
 }  // namespace breakshot::perception

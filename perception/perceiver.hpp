@@ -4,6 +4,7 @@
 #include "common/frames.hpp"
 #include "common/scene.hpp"
 #include "common/urdf/arm_description.hpp"
+#include "perception/camera_check.hpp"
 #include "perception/settings.hpp"
 
 #include <memory>
@@ -41,6 +42,8 @@ class Perceiver {
   Scene refuse(const ColorFrame& color, const std::string& why);
 
   const CameraModel& camera() const noexcept;
+  /// What the table's markers said of the camera's place when they were last looked at.
+  const CameraCheck& camera_check() const noexcept;
 
  private:
   class Impl;

@@ -51,6 +51,12 @@ PerceptionConfig load_perception_config(const ConfigDocument& document, const Ce
   s.paper.min_overlap_px = static_cast<int>(paper.integer("min_overlap_px", 1, 1000));
   s.paper.cut_walls = paper.flag("cut_walls");
 
+  s.watch.markers = cell.table_markers;
+  s.watch.workspace = cell.workspace;
+  const ConfigNode watch = node.child("camera_watch");
+  s.watch.period = from_seconds(watch.number("period_s", {0.0, 60.0}, "s"));
+  s.watch.max_shift = kMetrePerMillimetre * watch.number("max_shift_mm", {0.1, 20.0}, "mm");
+
   config.stale_limit = from_seconds(1e-3 * node.number("stale_limit_ms", {50.0, 10'000.0}, "ms"));
   config.depth_wait = from_seconds(1e-3 * node.number("depth_wait_ms", {0.0, 1000.0}, "ms"));
   config.silence_limit = from_seconds(node.number("silence_limit_s", {0.1, 60.0}, "s"));

@@ -1,6 +1,8 @@
 #pragma once
 
 #include "common/geometry.hpp"
+#include "common/table_markers.hpp"
+#include "common/time.hpp"
 
 #include <array>
 #include <cstdint>
@@ -37,6 +39,14 @@ struct PaperContourSettings {
   bool cut_walls = true;
 };
 
+/// How the camera's place is watched by the markers on the table.
+struct CameraWatchSettings {
+  TableMarkers markers;  ///< none: not watched
+  Rect workspace;        ///< where the table must show no shift
+  Duration period{std::chrono::milliseconds{500}};
+  double max_shift = 0.5e-3;  ///< of a place of the table in the image, by which the camera counts as moved, m
+};
+
 /// What the Perceiver needs to know. Defaults fit the cell as shipped.
 struct PerceptionSettings {
   // The cell's own section.
@@ -64,6 +74,7 @@ struct PerceptionSettings {
   double max_disc_speed = 3.0;       ///< bounds the search from frame to frame, m/s
   double dark_level = 24.0;          ///< a frame whose brightest percent stays below this carries no light, [0, 255]
   PaperContourSettings paper;
+  CameraWatchSettings watch;
 };
 
 }  // namespace breakshot::perception

@@ -109,7 +109,7 @@ ForeignObject decode_foreign(Door& door, const breakshot_msgs::msg::SceneForeign
 
 Result<Scene, Invalid> Topic<Scene>::decode(const Wire& wire) {
   Door door;
-  door.enumerated("quality", wire.quality(), static_cast<unsigned>(SceneQuality::kBadImage));
+  door.enumerated("quality", wire.quality(), static_cast<unsigned>(SceneQuality::kMisplaced));
   door.enumerated("at_rest", wire.at_rest(), 1);
   door.within("max_speed", wire.max_speed(), -1.0, kFastestDisc);
   door.at_most("discs", wire.discs().size(), kMaxSceneDiscs);

@@ -21,6 +21,7 @@
 #include <array>
 #include <atomic>
 #include <mutex>
+#include <numbers>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,6 +29,7 @@
 namespace breakshot::perception {
 namespace {
 
+constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr Duration kLongestNap = std::chrono::milliseconds{20};
 
 /// What the health thread tells of the frames: written by the one thread, read by the other.
@@ -40,12 +42,13 @@ class FrameFigures {
     SceneQuality quality = SceneQuality::kOk;
     std::string text, foreign;
     std::size_t discs = 0;
+    CameraCheck camera;
     Time arrived{};
   };
 
   explicit FrameFigures(Time started) { summary_.arrived = started; }
 
-  void add(const Scene& scene, Time arrived, Duration compute, double age_ms) {
+  void add(const Scene& scene, const CameraCheck& camera, Time arrived, Duration compute, double age_ms) {
     const std::lock_guard lock{mutex_};
     entries_[summary_.frames % entries_.size()] = {arrived, 1e6 * to_seconds(compute)};
     ++summary_.frames;
@@ -53,6 +56,7 @@ class FrameFigures {
     summary_.text = scene.text;
     summary_.foreign = scene.foreign.empty() ? std::string{} : describe(scene.foreign.front());
     summary_.discs = scene.discs.size();
+    summary_.camera = camera;
     summary_.age_ms = age_ms;
     summary_.arrived = arrived;
   }
@@ -132,14 +136,22 @@ class PerceptionNode {
     if (real_time) scene.age = process::monotonic_now() - frames.color.exposed;
     scenes_.write(scene);
     const Time end = process::monotonic_now();
-    figures_.add(scene, end, end - start, 1e3 * to_seconds(scene.age));
-    if (scene.quality != quality_) {
-      quality_ = scene.quality;
-      if (quality_ == SceneQuality::kOk) {
-        spdlog::info("code=image quality=ok frame={}", scene.frame_seq);
-      } else {
-        spdlog::warn("code=image quality=\"{}\" text=\"{}\"", to_string(quality_), scene.text);
-      }
+    figures_.add(scene, perceiver_.camera_check(), end, end - start, 1e3 * to_seconds(scene.age));
+    if (scene.quality != quality_) tell_change(scene);
+  }
+
+  void tell_change(const Scene& scene) {
+    const CameraCheck& camera = perceiver_.camera_check();
+    const bool was_misplaced = std::exchange(quality_, scene.quality) == SceneQuality::kMisplaced;
+    if (quality_ == SceneQuality::kMisplaced) {
+      spdlog::error("code=camera_moved shift_mm={:.2f} moved_mm={:.2f} turned_deg={:.3f} markers={}/{} {}", 1e3 * camera.shift,
+                    1e3 * camera.moved, kDegrees * camera.turned, camera.seen, camera.expected, scene.text);
+    } else if (quality_ != SceneQuality::kOk) {
+      spdlog::warn("code=image quality=\"{}\" text=\"{}\"", to_string(quality_), scene.text);
+    } else if (was_misplaced) {
+      spdlog::info("code=camera_back shift_mm={:.2f} markers={}/{}", 1e3 * camera.shift, camera.seen, camera.expected);
+    } else {
+      spdlog::info("code=image quality=ok frame={}", scene.frame_seq);
     }
   }
 
@@ -152,6 +164,11 @@ class PerceptionNode {
     X_WL_.resize(static_cast<std::size_t>(kinematics_.joints()));
     (void)kinematics_.links_in_world(*q, X_WL_);
     return X_WL_;
+  }
+
+  static std::string in_place(const CameraCheck& camera) {
+    if (camera.verdict != CameraCheck::Verdict::kInPlace) return {};
+    return fmt::format("; the camera is in place to {:.2f} mm ({} markers)", 1e3 * camera.shift, camera.seen);
   }
 
   bool report(Health& h) {
@@ -174,10 +191,10 @@ class PerceptionNode {
       h.text = "the camera's calibration is not confirmed: nothing on cell/camera_info yet";
     } else {
       h.state = HealthState::kReady;
-      h.text = s.frames == 0
-                   ? "waits for the first frame on cell/color"
-                   : fmt::format("sees {} discs; {:.1f} ms a frame at the most, scenes {:.0f} ms after exposure{}", s.discs,
-                                 1e-3 * s.max_us, s.age_ms, arm_known_ ? "" : "; no joint states: the arm is known by depth only");
+      h.text = s.frames == 0 ? "waits for the first frame on cell/color"
+                             : fmt::format("sees {} discs; {:.1f} ms a frame at the most, scenes {:.0f} ms after exposure{}{}", s.discs,
+                                           1e-3 * s.max_us, s.age_ms, in_place(s.camera),
+                                           arm_known_ ? "" : "; no joint states: the arm is known by depth only");
     }
     const std::uint64_t cycles = cycles_;
     return std::exchange(reported_cycles_, cycles) != cycles;

@@ -2,13 +2,13 @@
 
 #include "common/config/camera_file.hpp"
 #include "perception/annotate.hpp"
+#include "perception/image_file.hpp"
 #include "perception/perceiver.hpp"
 #include "perception/perception_config.hpp"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core/utility.hpp>
 
 #include <cmath>
 #include <cstdio>
@@ -26,33 +26,6 @@ struct Options {
   std::string method, image, depth, camera, config = "config/cell.yaml", json, annotated;
   std::vector<std::string> overrides;
 };
-
-ColorFrame read_color(const std::string& file) {
-  const cv::Mat bgr = cv::imread(file, cv::IMREAD_UNCHANGED);
-  if (bgr.empty()) throw std::runtime_error(file + ": found no image that OpenCV can read; allowed are PNG, JPEG and the like");
-  if (bgr.type() != CV_8UC3) {
-    throw std::runtime_error(file + ": found " + std::to_string(bgr.channels()) + " channels of " + std::to_string(8 * bgr.elemSize1()) +
-                             " bits; allowed: 3 channels of 8 bits");
-  }
-  cv::Mat rgb;
-  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
-  return {1, Time{}, rgb.cols, rgb.rows, {rgb.datastart, rgb.dataend}};
-}
-
-// 16-bit grey, in 0.1 mm.
-DepthFrame read_depth(const std::string& file) {
-  const cv::Mat depth = cv::imread(file, cv::IMREAD_UNCHANGED);
-  if (depth.empty() || depth.type() != CV_16UC1)
-    throw std::runtime_error(file + ": found no 16-bit grey image; the depth is such a one, in 0.1 mm");
-  return {1, Time{}, depth.cols, depth.rows, {depth.begin<std::uint16_t>(), depth.end<std::uint16_t>()}};
-}
-
-void write_image(const std::string& file, ColorFrame& image) {
-  const cv::Mat rgb(image.height, image.width, CV_8UC3, image.rgb.data());
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  if (!cv::imwrite(file, bgr)) throw std::runtime_error(file + ": cannot be written");
-}
 
 nlohmann::json to_json(const Vector2& v) { return {v.x(), v.y()}; }
 
@@ -106,6 +79,15 @@ nlohmann::json to_json(const Scene& scene, const std::vector<ColourRange>& colou
   return out;
 }
 
+nlohmann::json to_json(const CameraCheck& check) {
+  return {{"verdict", to_string(check.verdict)},
+          {"markers_expected", check.expected},
+          {"markers_seen", check.seen},
+          {"shift_m", check.shift},
+          {"moved_m", check.moved},
+          {"turned_rad", check.turned}};
+}
+
 int run(const Options& options) {
   cv::setNumThreads(1);
   const ConfigDocument document = load_cell_document(options.config, options.overrides);
@@ -120,9 +102,10 @@ int run(const Options& options) {
   Perceiver perceiver{config.settings, camera};
   const Scene scene = perceiver.process(color, options.depth.empty() ? nullptr : &depth);
 
-  nlohmann::json out = to_json(scene, config.settings.colours);
-  out["gaps"] = gaps_of(scene, 2.0 * cell.target_gap, config.settings.touch_gap);
-  const std::string text = out.dump(2);
+  nlohmann::json found = to_json(scene, config.settings.colours);
+  found["gaps"] = gaps_of(scene, 2.0 * cell.target_gap, config.settings.touch_gap);
+  found["camera"] = to_json(perceiver.camera_check());
+  const std::string text = found.dump(2);
   if (options.json.empty()) {
     std::cout << text << '\n';
   } else {
@@ -134,14 +117,18 @@ int run(const Options& options) {
     std::cerr << "breakshot-perceive: " << options.image << ": " << to_string(scene.quality) << ": " << scene.text << '\n';
     return 1;
   }
+  // Of one picture the watch makes no alarm yet; of a file there is no second one.
+  if (const CameraCheck& check = perceiver.camera_check(); check.verdict == CameraCheck::Verdict::kMoved) {
+    std::cerr << "breakshot-perceive: " << options.image << ": misplaced: " << describe(check, config.settings.watch.max_shift) << '\n';
+    return 1;
+  }
   if (!options.annotated.empty()) {
     Annotation annotation;
     annotation.workspace = cell.workspace;
     annotation.disc_height = cell.disc_height;
     annotation.striker_radius = cell.striker_radius;
     annotation.target_gap = cell.target_gap;
-    ColorFrame drawn = annotate(color, scene, camera, annotation);
-    write_image(options.annotated, drawn);
+    write_color(options.annotated, annotate(color, scene, camera, annotation));
   }
   return 0;
 }

@@ -276,7 +276,7 @@ void TaskRunner::on_tick(Time now, Duration real) {
   if (watch_.silent()) {
     fail(watch_.foreign() ? TaskFailure::kForeignObject : TaskFailure::kNoScene, watch_.trouble().empty() ? "no scene comes from perception" : watch_.trouble(), now);
   } else if (watch_.restless(now)) {
-    fail(TaskFailure::kNoScene, "the discs do not come to rest", now);
+    fail(TaskFailure::kNoScene, watch_.trouble().empty() ? "the discs do not come to rest" : watch_.trouble(), now);
   }
 }
 

@@ -1,5 +1,7 @@
 #include "sim_bridge/camera/camera_config.hpp"
 
+#include "sim_bridge/camera/marker_print.hpp"
+
 #include <limits>
 #include <numbers>
 
@@ -37,6 +39,11 @@ CameraSettings load_camera_settings(const ConfigNode& node, const CellConfig& ce
   const Vector3 table = node.vector3("table_rgb", {0.0, 255.0}, "");
   camera.table.rgb = paint(table.x(), table.y(), table.z());
   camera.table.texture = node.number("table_texture", {0.0, 1.0}, "");
+
+  camera.table.markers = marker_prints(cell.table_markers);
+
+  camera.move.by_W = 1e-3 * node.vector3("moved_mm", {-100.0, 100.0}, "mm");
+  camera.move.turn_C = kDegree * node.vector3("moved_deg", {-10.0, 10.0}, "deg");
 
   camera.noise.enabled = node.flag("noise");
   camera.noise.read_sigma = node.number("read_noise", {0.0, 20.0}, "");
