@@ -6,6 +6,7 @@
 #include "perception/annotate.hpp"
 #include "perception/perceiver.hpp"
 #include "perception/perception_config.hpp"
+#include "sim_bridge/camera/lighting.hpp"
 #include "sim_bridge/sim_bridge_config.hpp"
 #include "tests/bench/perception/hough.hpp"
 #include "tests/bench/perception/scenes.hpp"
@@ -75,12 +76,13 @@ class Bench {
         cell_{load_cell_config(document_)},
         perception_{perception::load_perception_config(document_, cell_).settings},
         camera_{load_camera(cell_.camera_file)} {
-    for (Lighting& lighting : lightings(sim_bridge::load_sim_bridge_config(document_, cell_).camera)) {
-      const auto& wanted = options.lightings;
-      const bool all = std::find(wanted.begin(), wanted.end(), "all") != wanted.end();
-      if (all || std::find(wanted.begin(), wanted.end(), lighting.name) != wanted.end()) lightings_.push_back(std::move(lighting));
+    const sim_bridge::SimBridgeConfig bridge = sim_bridge::load_sim_bridge_config(document_, cell_);
+    std::vector<std::string> names = options.lightings;
+    if (std::find(names.begin(), names.end(), "all") != names.end()) names = sim_bridge::lighting_names(bridge.lighting_folder);
+    for (const std::string& name : names) {
+      lightings_.push_back({name, bridge.camera});
+      sim_bridge::apply_lighting(bridge.lighting_folder, name, lightings_.back().camera);
     }
-    if (lightings_.empty()) throw std::runtime_error("--lighting: found none of the known ones; allowed: " + names());
   }
 
   void run() {
@@ -133,9 +135,11 @@ class Bench {
     goal("robust.touch_f1", worst_f1, 0.99, true);
     goal("robust.false_contacts", robust.false_contacts, 0.0);
     goal("robust.frame_ms_median", frame, options_.scenes.discs_max > 12 ? 15.0 : 8.0);
+    std::vector<std::string> names;
+    for (const Lighting& lighting : lightings_) names.push_back(lighting.name);
     const nlohmann::json args{{"n", options_.n},
                               {"seed", options_.seed},
-                              {"lightings", names()},
+                              {"lightings", names},
                               {"discs", {options_.scenes.discs_min, options_.scenes.discs_max}},
                               {"equal_colours", options_.scenes.equal_colours},
                               {"hough", to_string(HoughSettings{})}};
@@ -143,11 +147,10 @@ class Bench {
   }
 
  private:
-  std::string names() const {
-    std::string all;
-    for (const Lighting& lighting : lightings(sim_bridge::CameraSettings{})) all += (all.empty() ? "" : ", ") + lighting.name;
-    return all;
-  }
+  struct Lighting {
+    std::string name;
+    sim_bridge::CameraSettings camera;
+  };
 
   Finding seen_by(perception::Perceiver& eyes, const support::RenderedScene& picture, bool paper) const {
     Scene scene;
@@ -187,7 +190,7 @@ class Bench {
     perception::Perceiver paper{paper_settings, camera_};
     SceneMaker maker{cell_, options_.scenes, options_.seed};
     for (int i = 0; i < options_.n; ++i) {
-      auto picture = renderer.take(maker.make(), static_cast<std::uint64_t>(i));
+      auto picture = renderer.take(maker.make(), static_cast<std::uint64_t>(i), {}, time_from_ns(500'000'000LL * i));
       picture.color.seq = picture.depth.seq = static_cast<std::uint64_t>(i);
       picture.color.exposed = picture.depth.exposed = time_from_ns(33'333'333LL * i);
       const auto add = [&](const char* method, const Finding& finding) {
@@ -278,7 +281,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Measures perception on pictures of the simulator's camera"};
   app.add_option("--n", options.n, "scenes for each lighting")->check(CLI::Range(1, 1'000'000));
   app.add_option("--seed", options.seed, "of the scenes");
-  app.add_option("--lighting", options.lightings, "names, or all")->delimiter(',');
+  app.add_option("--lighting", options.lightings, "presets in config/lighting, or all of them")->delimiter(',');
   app.add_option("--discs-min", options.scenes.discs_min, "in a scene")->check(CLI::Range(1, 50));
   app.add_option("--discs-max", options.scenes.discs_max, "in a scene")->check(CLI::Range(1, 50));
   app.add_option("--gap-max", options.scenes.gap_max, "gaps are drawn from 0 to this, m")->check(CLI::Range(0.0, 0.05));
