@@ -2,6 +2,8 @@
 
 #include "common/gap.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace breakshot {
@@ -36,6 +38,13 @@ std::string describe(const ForeignObject& object) {
     all += text;
   }
   return all;
+}
+
+SceneGap gap_between(const SceneDisc& a, const SceneDisc& b) noexcept {
+  const Vector2 way = b.p_WD - a.p_WD;
+  const Vector2 n_AB = way.norm() > 0.0 ? Vector2{way.normalized()} : Vector2{1.0, 0.0};
+  const double variance = n_AB.dot((a.covariance + b.covariance) * n_AB) + a.radius_sigma * a.radius_sigma + b.radius_sigma * b.radius_sigma;
+  return {way.norm() - a.radius - b.radius, std::sqrt(std::max(0.0, variance))};
 }
 
 double smallest_gap(const Scene& scene) noexcept { return smallest_gap_between(scene.discs); }

@@ -85,6 +85,13 @@ const char* to_string(ForeignObject::Kind kind) noexcept;
 /// For people: what it is, where, how large.
 std::string describe(const ForeignObject& object);
 
+/// What a scene knows of the gap between two of its discs.
+struct SceneGap {
+  double mean = 0.0;   ///< slightly negative by noise when they touch, m
+  double sigma = 0.0;  ///< standard deviation of its error, m
+};
+SceneGap gap_between(const SceneDisc& a, const SceneDisc& b) noexcept;
+
 /// Smallest gap between any two discs of the scene, m; infinity with fewer than two.
 double smallest_gap(const Scene& scene) noexcept;
 

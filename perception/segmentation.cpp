@@ -17,30 +17,36 @@ constexpr int kTileMinPixels = 16;  // fewer labelled pixels in a tile are noise
 constexpr int kLeastHole = 16;      // px of contour: smaller holes are noise and highlights, and say nothing of a disc's outline
 // Nearer to the table's hue than this is table, whatever the ranges say: cosine of the angle in RGB between a grey and one of saturation 0.25.
 constexpr double kTableCosine = 0.985;
+constexpr double kGlareCosine = 0.996;  // the same for what is brighter than the table ever is
+constexpr double kGlare = 1.08;            // times as bright as the table
+constexpr double kGlareSaturation = 0.20;
 constexpr double kPaintSaturation = 0.5;  // from here on something is painted, if only in a colour that no disc has
 
 std::uint32_t index_part(int channel, unsigned value) noexcept { return (value >> (8 - kBits)) << ((2 - channel) * kBits); }
 
-bool in_range(const Hsv& hsv, const ColourRange& range) noexcept {
-  if (hsv.saturation < range.saturation_min || hsv.saturation > range.saturation_max) return false;
+// `glare_value`: what is brighter than this mirrors a lamp, whose white takes saturation from the paint.
+bool in_range(const Hsv& hsv, const ColourRange& range, double glare_value) noexcept {
+  const double least = hsv.value > glare_value ? std::min(range.saturation_min, kGlareSaturation) : range.saturation_min;
+  if (hsv.saturation < least || hsv.saturation > range.saturation_max) return false;
   if (hsv.value < range.value_min || hsv.value > range.value_max) return false;
   if (range.hue_min_deg <= range.hue_max_deg) return hsv.hue_deg >= range.hue_min_deg && hsv.hue_deg <= range.hue_max_deg;
   return hsv.hue_deg >= range.hue_min_deg || hsv.hue_deg <= range.hue_max_deg;
 }
 
-std::uint8_t label_for(const Hsv& hsv, const std::vector<ColourRange>& colours) noexcept {
+std::uint8_t label_for(const Hsv& hsv, const std::vector<ColourRange>& colours, double glare_value) noexcept {
   double darkest = 1.0;
   for (std::size_t i = 0; i < colours.size(); ++i) {
-    if (in_range(hsv, colours[i])) return static_cast<std::uint8_t>(i + 1);
+    if (in_range(hsv, colours[i], glare_value)) return static_cast<std::uint8_t>(i + 1);
     darkest = std::min(darkest, colours[i].value_min);
   }
   return hsv.saturation >= kPaintSaturation && hsv.value >= 2.0 * darkest ? static_cast<std::uint8_t>(colours.size() + 1) : std::uint8_t{0};
 }
 
-bool hue_of_table(double r, double g, double b, const std::array<double, 3>& table) noexcept {
+bool hue_of_table(double r, double g, double b, const std::array<double, 3>& table, double glare_value) noexcept {
+  const double cosine = std::max({r, g, b}) > 255.0 * glare_value ? kGlareCosine : kTableCosine;
   const double dot = r * table[0] + g * table[1] + b * table[2];
   const double squares = (r * r + g * g + b * b) * (table[0] * table[0] + table[1] * table[1] + table[2] * table[2]);
-  return dot * dot >= kTableCosine * kTableCosine * squares;
+  return dot * dot >= cosine * cosine * squares;
 }
 
 int divided_up(int pixels) noexcept { return (pixels + kTile - 1) / kTile; }
@@ -52,13 +58,14 @@ Segmenter::Segmenter(const PerceptionSettings& settings)
       kernel_{cv::getStructuringElement(cv::MORPH_RECT, {settings.morphology_px, settings.morphology_px})},
       table_(std::size_t{1} << (3 * kBits)) {
   constexpr double kHalfStep = 0.5 * ((1 << (8 - kBits)) - 1);  // an entry stands for the middle of the values that it covers
+  const double glare_value = kGlare / 255.0 * *std::max_element(settings.table_rgb.begin(), settings.table_rgb.end());
   constexpr unsigned kStep = 1u << (8 - kBits);
   for (unsigned r = 0; r < 256; r += kStep) {
     for (unsigned g = 0; g < 256; g += kStep) {
       for (unsigned b = 0; b < 256; b += kStep) {
         std::uint8_t& label = table_[index_part(0, r) | index_part(1, g) | index_part(2, b)];
-        if (hue_of_table(r + kHalfStep, g + kHalfStep, b + kHalfStep, settings.table_rgb)) continue;
-        label = label_for(to_hsv(r + kHalfStep, g + kHalfStep, b + kHalfStep), settings.colours);
+        if (hue_of_table(r + kHalfStep, g + kHalfStep, b + kHalfStep, settings.table_rgb, glare_value)) continue;
+        label = label_for(to_hsv(r + kHalfStep, g + kHalfStep, b + kHalfStep), settings.colours, glare_value);
       }
     }
   }

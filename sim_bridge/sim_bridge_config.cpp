@@ -1,6 +1,7 @@
 #include "sim_bridge/sim_bridge_config.hpp"
 
 #include "sim_bridge/camera/camera_config.hpp"
+#include "sim_bridge/camera/lighting.hpp"
 
 #include <limits>
 
@@ -8,6 +9,7 @@ namespace breakshot::sim_bridge {
 namespace {
 
 constexpr double kMillisecond = 1e-3;
+constexpr const char* kNoPreset = "as_below";  // what stands in place of a preset's name
 
 Duration milliseconds(const ConfigNode& node, const char* key, Range range) {
   return from_seconds(kMillisecond * node.number(key, range, "ms"));
@@ -65,6 +67,10 @@ SimBridgeConfig load_sim_bridge_config(const ConfigDocument& document, const Cel
   config.camera = load_camera_settings(camera, cell);
   config.frame_period = from_seconds(1.0 / camera.number("frame_rate", {1.0, 120.0}, "Hz"));
   config.camera_latency = milliseconds(camera, "latency_ms", {0.0, 1000.0});
+  config.camera_jitter = milliseconds(camera, "latency_jitter_ms", {0.0, 1000.0});
+  config.lighting_folder = camera.folder("lighting_presets");
+  const std::string lighting = camera.text("lighting");
+  if (lighting != kNoPreset) apply_lighting(config.lighting_folder, lighting, config.camera);
 
   config.priority = static_cast<int>(node.integer("priority", 1, 98));
   node.finish();

@@ -9,6 +9,7 @@
 #include "sim_bridge/world/sim_world.hpp"
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,10 @@ struct SimBridgeConfig {
   SimSettings sim;
   CameraSettings camera;
   Duration frame_period{};
-  Duration camera_latency{};  ///< from exposure to the frame on its topic
-  std::string formation;      ///< on the table at the start
+  Duration camera_latency{};                ///< from exposure to the frame on its topic
+  Duration camera_jitter{};                 ///< more or less, from frame to frame
+  std::filesystem::path lighting_folder;    ///< of the presets that apply_lighting() knows
+  std::string formation;                    ///< on the table at the start
   double disc_mass = 0.1;     ///< of a disc of disc_mass_radius; others by their area, kg
   double disc_mass_radius = 0.030;
   double gap_jitter = 0.0;     ///< largest gap that the contacts of a formation are opened to, m

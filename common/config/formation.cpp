@@ -1,6 +1,7 @@
 #include "common/config/formation.hpp"
 
 #include "common/config/config_value.hpp"
+#include "common/config/named_file.hpp"
 #include "common/scene.hpp"
 
 #include <algorithm>
@@ -60,14 +61,6 @@ void check_count(std::size_t count, const std::function<void(const std::string&,
   if (count == 0 || count > kMaxSceneDiscs) refuse(std::to_string(count) + " discs", "1 to " + std::to_string(kMaxSceneDiscs) + " discs");
 }
 
-std::string lower_case(std::string_view text) {
-  std::string lower{text};
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return lower;
-}
-
 /// The keys and values of a spec's "k=v,k=v" part.
 class SpecReader {
  public:
@@ -78,7 +71,7 @@ class SpecReader {
       arguments.remove_prefix(std::min(comma + 1, arguments.size()));
       const std::size_t equals = argument.find('=');
       if (equals == std::string_view::npos || equals == 0 || equals + 1 == argument.size()) {
-        throw_config_error(place_, "", "\"" + std::string{argument} + "\"", "key=value, with a comma between two of them");
+        throw_config_error(place_, "", std::string{"\""}.append(argument).append("\""), "key=value, with a comma between two of them");
       }
       const std::string key{argument.substr(0, equals)};
       if (!values_.emplace(key, argument.substr(equals + 1)).second)
@@ -177,27 +170,10 @@ Formation load_formation(std::string_view spec, const CellConfig& cell) {
     formation.name = spec;
     return formation;
   }
-  const std::vector<std::string> names = formation_names(cell);
-  const auto found =
-      std::find_if(names.begin(), names.end(), [&](const std::string& name) { return lower_case(name) == lower_case(spec); });
-  if (found == names.end()) {
-    throw_config_error("formation \"" + std::string{spec.substr(0, 80)} + "\"", "", "no such file in " + cell.formation_folder.string(),
-                       detail::list_names(names, spec.substr(0, 80)) + ", or random:n=6,seed=3");
-  }
-  return load_formation_file(cell.formation_folder / (*found + ".yaml"), cell);
+  return load_formation_file(named_file(cell.formation_folder, "formation", spec, ", or random:n=6,seed=3"), cell);
 }
 
-std::vector<std::string> formation_names(const CellConfig& cell) {
-  std::vector<std::string> names;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator{cell.formation_folder, error}) {
-    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
-  }
-  if (error)
-    throw_config_error(cell.formation_folder.string(), "", "a folder that cannot be read: " + error.message(), "a folder of formations");
-  std::sort(names.begin(), names.end());
-  return names;
-}
+std::vector<std::string> formation_names(const CellConfig& cell) { return file_names(cell.formation_folder, "formation"); }
 
 void check_formation(const Formation& formation, const CellConfig& cell, const std::string& place) {
   check_count(formation.discs.size(),

@@ -10,9 +10,11 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -21,11 +23,27 @@ namespace breakshot::perception {
 namespace {
 
 struct Options {
-  std::string image, depth, camera, config = "config/cell.yaml", json, annotated;
+  std::string method, image, depth, camera, config = "config/cell.yaml", json, annotated;
   std::vector<std::string> overrides;
 };
 
 nlohmann::json to_json(const Vector2& v) { return {v.x(), v.y()}; }
+
+// Every pair nearer than `nearer_than`, with how sure the gap is.
+nlohmann::json gaps_of(const Scene& scene, double nearer_than, double touch_gap) {
+  nlohmann::json out = nlohmann::json::array();
+  for (std::size_t a = 0; a < scene.discs.size(); ++a) {
+    for (std::size_t b = a + 1; b < scene.discs.size(); ++b) {
+      const SceneGap gap = gap_between(scene.discs[a], scene.discs[b]);
+      if (gap.mean >= nearer_than) continue;
+      out.push_back({{"between_ids", {scene.discs[a].id, scene.discs[b].id}},
+                     {"gap_m", gap.mean},
+                     {"sigma_m", gap.sigma},
+                     {"p_touch", 0.5 * std::erfc((gap.mean - touch_gap) / (std::numbers::sqrt2 * gap.sigma))}});
+    }
+  }
+  return out;
+}
 
 nlohmann::json to_json(const Scene& scene, const std::vector<ColourRange>& colours) {
   nlohmann::json out{{"quality", to_string(scene.quality)},
@@ -74,7 +92,8 @@ int run(const Options& options) {
   cv::setNumThreads(1);
   const ConfigDocument document = load_cell_document(options.config, options.overrides);
   const CellConfig cell = load_cell_config(document);
-  const PerceptionConfig config = load_perception_config(document, cell);
+  PerceptionConfig config = load_perception_config(document, cell);
+  if (!options.method.empty()) config.settings.method = options.method == "paper" ? Method::kPaper : Method::kRobust;
   const CameraModel camera = load_camera(options.camera.empty() ? cell.camera_file : std::filesystem::path{options.camera});
 
   ColorFrame color = read_color(options.image);
@@ -84,6 +103,7 @@ int run(const Options& options) {
   const Scene scene = perceiver.process(color, options.depth.empty() ? nullptr : &depth);
 
   nlohmann::json found = to_json(scene, config.settings.colours);
+  found["gaps"] = gaps_of(scene, 2.0 * cell.target_gap, config.settings.touch_gap);
   found["camera"] = to_json(perceiver.camera_check());
   const std::string text = found.dump(2);
   if (options.json.empty()) {
@@ -122,6 +142,7 @@ int main(int argc, char** argv) {
   app.add_option("--image", options.image, "PNG or JPEG from the camera")->required()->check(CLI::ExistingFile);
   app.add_option("--depth", options.depth, "16-bit PNG in 0.1 mm, registered to the image")->check(CLI::ExistingFile);
   app.add_option("--camera", options.camera, "calibration (default: the cell's)")->check(CLI::ExistingFile);
+  app.add_option("--method", options.method, "robust or paper (default: the configuration's)")->check(CLI::IsMember({"robust", "paper"}));
   app.add_option("--config", options.config, "cell configuration")->capture_default_str()->check(CLI::ExistingFile);
   app.add_option("--set", options.overrides, "section.key=value: override the configuration");
   app.add_option("--json", options.json, "write the scene here instead of printing it");

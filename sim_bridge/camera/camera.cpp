@@ -60,7 +60,7 @@ class Camera::Implementation {
         light_{settings.light},
         sensor_{settings.noise, settings.seed, settings.depth_min, settings.depth_max},
         current_{context_},
-        rasteriser_{projector_, light_, settings.table},
+        rasteriser_{projector_, light_, settings.shine, settings.table},
         drawn_{model.width, model.height},
         background_{model.width, model.height},
         image_{model.width, model.height} {
@@ -119,7 +119,7 @@ class Camera::Implementation {
   }
 
   void add_disc(const DiscState& disc) {
-    DiscMesh::Visibility visibility;
+    DiscMesh::VisibilityAt visibility;
     if (light_.shadows) {
       scene_.shadows.add_disc(disc, light_, projector_);
       scene_.shadows.select_around({disc.p_WD.x(), disc.p_WD.y(), 0.0}, disc.radius + disc.height, light_);
@@ -196,7 +196,7 @@ class Camera::Implementation {
   std::optional<HeadlessContext::Current> current_;  ///< only while the object is constructed
   Rasteriser rasteriser_;
 
-  Scene scene_{projector_};
+  Scene scene_{projector_, light_.lamps.size()};
   TileGrid drawn_;         ///< tiles of image_ that are not background
   IdealImage background_;  ///< table, floor and the arm's base
   IdealImage image_;       ///< the last frame

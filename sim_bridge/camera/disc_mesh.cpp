@@ -12,7 +12,7 @@ constexpr int kCellsPlain = 1, kCellsDistorted = 3, kCellsShaded = 3;
 
 }  // namespace
 
-void DiscMesh::add(const DiscState& disc, const Rgb& rgb, const Projector& projector, const Visibility& visibility, TileGrid& tiles) {
+void DiscMesh::add(const DiscState& disc, const Rgb& rgb, const Projector& projector, const VisibilityAt& visibility, TileGrid& tiles) {
   // Seen from the camera the top hides a larger circle of the table, farther out; what is hidden is the hull of it and the foot.
   const Vector3 p_WC = projector.model().X_WC.translation();
   const double stretch = p_WC.z() / (p_WC.z() - disc.height);
@@ -29,10 +29,10 @@ void DiscMesh::add(const DiscState& disc, const Rgb& rgb, const Projector& proje
   const std::array<float, 4> parameters{static_cast<float>(disc.p_WD.x()), static_cast<float>(disc.p_WD.y()),
                                         static_cast<float>(disc.radius), static_cast<float>(disc.height)};
   patch.append_to(vertices_, [&](const Vector2& p) {
-    DiscVertex vertex{clip_of(p, projector), to_float(p), parameters, rgb, 1.0F};
+    DiscVertex vertex{clip_of(p, projector), to_float(p), parameters, rgb, {1.0F, 1.0F, 1.0F, 1.0F}};
     if (visibility) {
       const Vector2 p_top = p_WC.head<2>() + (p - p_WC.head<2>()) / stretch;  // what is seen there: mostly the top
-      vertex.visible = static_cast<float>(visibility({p_top.x(), p_top.y(), disc.height}));
+      vertex.visible = visibility({p_top.x(), p_top.y(), disc.height});
     }
     return vertex;
   });

@@ -3,6 +3,7 @@
 #include "common/geometry.hpp"
 #include "sim_bridge/camera/camera_settings.hpp"
 #include "sim_bridge/camera/projector.hpp"
+#include "sim_bridge/camera/shadow.hpp"
 #include "sim_bridge/camera/tile_grid.hpp"
 #include "sim_bridge/world_snapshot.hpp"
 
@@ -18,7 +19,7 @@ struct DiscVertex {
   std::array<float, 2> p_W;   ///< on the table
   std::array<float, 4> disc;  ///< centre, radius, height
   Rgb paint;                  ///< encoded
-  float visible;              ///< share of the key light that arrives
+  Visibility visible;         ///< share of each lamp's light that arrives
 };
 
 /// The discs of one frame: for each a rectangle of the table behind which the camera sees it. The fragment shader finds where the ray
@@ -26,12 +27,12 @@ struct DiscVertex {
 /// shades each in blocks of 4 x 4: eight times the time.)
 class DiscMesh {
  public:
-  /// Share of the key light that arrives at a point of W, 0 to 1. Empty: all of it.
-  using Visibility = std::function<double(const Vector3&)>;
+  /// What arrives of the lamps at a point of W. Empty: all of it.
+  using VisibilityAt = std::function<Visibility(const Vector3&)>;
 
   void clear() { vertices_.clear(); }
   /// Adds a disc, which must be lower than the camera, and marks the tiles that it covers.
-  void add(const DiscState& disc, const Rgb& rgb, const Projector& projector, const Visibility& visibility, TileGrid& tiles);
+  void add(const DiscState& disc, const Rgb& rgb, const Projector& projector, const VisibilityAt& visibility, TileGrid& tiles);
 
   const std::vector<DiscVertex>& vertices() const { return vertices_; }
 

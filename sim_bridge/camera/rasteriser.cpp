@@ -1,5 +1,6 @@
 #include "sim_bridge/camera/rasteriser.hpp"
 
+#include "sim_bridge/camera/light_program.hpp"
 #include "sim_bridge/camera/shaders.hpp"
 
 #include <algorithm>
@@ -22,6 +23,9 @@ void add(const Value* values, std::size_t count, Sum* sums) {
   for (std::size_t i = 0; i < count; ++i) sums[i] = static_cast<Sum>(sums[i] + values[i]);
 }
 
+/// A factor of 0 to 255 as one of 0 to 256, so that the full one is exact.
+constexpr std::uint32_t widened(std::uint8_t factor) { return factor + (std::uint32_t{factor} >> 7); }
+
 /// Calls visit(index of the first pixel, count) for each row of a rectangle.
 template <typename Visit>
 void for_each_row(const PixelRect& rect, int image_width, Visit&& visit) {
@@ -32,12 +36,17 @@ void for_each_row(const PixelRect& rect, int image_width, Visit&& visit) {
 
 }  // namespace
 
-Rasteriser::Rasteriser(const Projector& projector, const Light& light, const TableSettings& table)
+Rasteriser::Rasteriser(const Projector& projector, const Light& light, const ShineSettings& shine, const TableSettings& table)
+    : Rasteriser{projector, light, shine, table, light_definitions(light, shine)} {}
+
+Rasteriser::Rasteriser(const Projector& projector, const Light& light, const ShineSettings& shine, const TableSettings& table,
+                       const std::string& definitions)
     : width_{projector.model().width},
       height_{projector.model().height},
-      table_{{"table", {shaders::kTableVertex}, {kLight, kShading, kOutputs, shaders::kTableFragment}}, VertexStream{4, 3, 3, 3}, -1},
-      arm_{{"arm", {kLight, kShading, shaders::kArmVertex}, {kOutputs, shaders::kArmFragment}}, VertexStream{4, 3, 3, 3}, -1},
-      discs_{{"discs", {kLight, shaders::kDiscVertex}, {kLight, kOutputs, shaders::kDiscFragment}}, VertexStream{4, 2, 4, 3, 1}, -1},
+      table_{{"table", {shaders::kTableVertex}, {definitions.c_str(), kLight, kShading, kOutputs, shaders::kTableFragment}}, VertexStream{4, 3, 3, 3}, -1},
+      arm_{{"arm", {definitions.c_str(), kLight, kShading, shaders::kArmVertex}, {kOutputs, shaders::kArmFragment}}, VertexStream{4, 3, 3, 3}, -1},
+      discs_{{"discs", {definitions.c_str(), kLight, shaders::kDiscVertex}, {definitions.c_str(), kLight, kOutputs, shaders::kDiscFragment}},
+             VertexStream{4, 2, 4, 3, 4}, -1},
       clear_{{"clear", {shaders::kClearVertex}, {kOutputs, shaders::kClearFragment}}, VertexStream{3}, -1},
       shadow_layer_{projector, light, table},
       target_{width_, height_, {GL_RGBA8, GL_R16UI}, true},
@@ -52,9 +61,7 @@ Rasteriser::Rasteriser(const Projector& projector, const Light& light, const Tab
       sum_depth_(static_cast<std::size_t>(width_ * height_)) {
   for (Pass* pass : {&table_, &arm_, &discs_}) {
     pass->jitter = pass->program.uniform("jitter");
-    pass->program.use();
-    pass->program.set("light_W", light.direction_W);
-    pass->program.set("ambient", light.ambient);
+    set_light(pass->program, light, shine);
     pass->program.set("p_WC", Vector3{projector.model().X_WC.translation()});
     pass->program.set("texture_strength", table.texture);
     pass->program.set("near_plane", Projector::kNear);
@@ -141,15 +148,16 @@ void Rasteriser::find_filled(const Scene& scene) {
   outlined_.unmark(filled_);
 }
 
+template <std::size_t kChannels>
 void Rasteriser::compose_mesh(const PixelRect& run, const IdealImage& background, IdealImage& image) const {
+  const std::uint8_t* const factors = shadow_layer_.factors().data();
   for (int row = run.y; row < run.y + run.height; ++row) {
     const auto first = static_cast<std::size_t>(row * width_ + run.x);
     for (std::size_t pixel = first; pixel < first + static_cast<std::size_t>(run.width); ++pixel) {
       const std::uint16_t* sum = &sum_rgba_[4 * pixel];
       const std::uint32_t uncovered = sum[3] / 255U;  // layers that show the background
-      const std::uint32_t shadow = shadow_layer_.factors()[pixel];
-      const std::uint32_t factor = uncovered * (shadow + (shadow >> 7));  // 256 is 1, per layer
       for (std::size_t channel = 0; channel < 3; ++channel) {
+        const std::uint32_t factor = uncovered * widened(factors[kChannels * pixel + (kChannels == 1 ? 0 : channel)]);  // per layer
         const std::uint32_t value = 256U * sum[channel] + factor * background.rgb[3 * pixel + channel];
         image.rgb[3 * pixel + channel] = static_cast<std::uint8_t>((value + 512) >> 10);
       }
@@ -165,19 +173,26 @@ void Rasteriser::compose_mesh(const PixelRect& run, const IdealImage& background
   }
 }
 
+template <std::size_t kChannels>
 void Rasteriser::compose_shadow(const PixelRect& run, const IdealImage& background, IdealImage& image) const {
+  const std::uint8_t* const factors = shadow_layer_.factors().data();
   for (int row = run.y; row < run.y + run.height; ++row) {
     const auto first = static_cast<std::size_t>(row * width_ + run.x);
     const auto width = static_cast<std::size_t>(run.width);
     for (std::size_t pixel = first; pixel < first + width; ++pixel) {
-      const std::uint32_t shadow = shadow_layer_.factors()[pixel];
-      const std::uint32_t factor = shadow + (shadow >> 7);
-      for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i) {
-        image.rgb[i] = static_cast<std::uint8_t>((factor * background.rgb[i] + 128) >> 8);
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        const std::uint32_t factor = widened(factors[kChannels * pixel + (kChannels == 1 ? 0 : channel)]);
+        image.rgb[3 * pixel + channel] = static_cast<std::uint8_t>((factor * background.rgb[3 * pixel + channel] + 128) >> 8);
       }
     }
     std::copy_n(&background.depth[first], width, &image.depth[first]);
   }
+}
+
+template <std::size_t kChannels>
+void Rasteriser::compose(const IdealImage& background, IdealImage& image) const {
+  mesh_tiles_.for_each_run([&](const PixelRect& run) { compose_mesh<kChannels>(run, background, image); });
+  shadow_tiles_.for_each_run([&](const PixelRect& run) { compose_shadow<kChannels>(run, background, image); }, &mesh_tiles_);
 }
 
 void Rasteriser::draw(const Scene& scene, const IdealImage& background, IdealImage& image) {
@@ -211,8 +226,11 @@ void Rasteriser::draw(const Scene& scene, const IdealImage& background, IdealIma
   glDisable(GL_DEPTH_TEST);
   check_gl("rendering a frame");
 
-  mesh_tiles_.for_each_run([&](const PixelRect& run) { compose_mesh(run, background, image); });
-  shadow_tiles_.for_each_run([&](const PixelRect& run) { compose_shadow(run, background, image); }, &mesh_tiles_);
+  if (shadow_layer_.channels() == 1) {
+    compose<1>(background, image);
+  } else {
+    compose<4>(background, image);
+  }
 }
 
 }  // namespace breakshot::sim_bridge

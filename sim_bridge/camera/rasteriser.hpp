@@ -9,7 +9,9 @@
 #include "sim_bridge/camera/tile_grid.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace breakshot::sim_bridge {
@@ -25,8 +27,8 @@ struct IdealImage {
 
 /// What one frame shows.
 struct Scene {
-  explicit Scene(const Projector& projector)
-      : shadows{projector}, solid_tiles{projector.model().width, projector.model().height}, disc_tiles{solid_tiles} {}
+  Scene(const Projector& projector, std::size_t lamps)
+      : shadows{projector, lamps}, solid_tiles{projector.model().width, projector.model().height}, disc_tiles{solid_tiles} {}
   void clear() {
     table.clear();
     arm.clear();
@@ -53,12 +55,15 @@ struct Scene {
 /// All members need the context in which the object was made to be current.
 class Rasteriser {
  public:
-  Rasteriser(const Projector& projector, const Light& light, const TableSettings& table);
+  Rasteriser(const Projector& projector, const Light& light, const ShineSettings& shine, const TableSettings& table);
 
   /// Draws over `background` and writes the tiles that the scene touches to `image`; leaves the rest of `image` alone.
   void draw(const Scene& scene, const IdealImage& background, IdealImage& image);
 
  private:
+  Rasteriser(const Projector& projector, const Light& light, const ShineSettings& shine, const TableSettings& table,
+             const std::string& definitions);
+
   /// A program with what it draws.
   struct Pass {
     Program program;
@@ -70,7 +75,12 @@ class Rasteriser {
   void draw_quads(const TileGrid& tiles, float depth);
   void add_layer(const TileGrid& tiles);
   void find_filled(const Scene& scene);
+  /// Puts the layers over the background that the shadows darken. kChannels: of ShadowLayer::factors().
+  template <std::size_t kChannels>
+  void compose(const IdealImage& background, IdealImage& image) const;
+  template <std::size_t kChannels>
   void compose_mesh(const PixelRect& run, const IdealImage& background, IdealImage& image) const;
+  template <std::size_t kChannels>
   void compose_shadow(const PixelRect& run, const IdealImage& background, IdealImage& image) const;
 
   int width_, height_;

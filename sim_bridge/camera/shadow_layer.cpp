@@ -1,9 +1,11 @@
 #include "sim_bridge/camera/shadow_layer.hpp"
 
+#include "sim_bridge/camera/light_program.hpp"
 #include "sim_bridge/camera/shaders.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace breakshot::sim_bridge {
 namespace {
@@ -19,29 +21,30 @@ constexpr int neighbour_of(int pixel) { return pixel / kCoarse + (pixel % kCoars
 }  // namespace
 
 ShadowLayer::ShadowLayer(const Projector& projector, const Light& light, const TableSettings& table)
-    : width_{projector.model().width},
+    : channels_{light.coloured ? std::size_t{4} : std::size_t{1}},
+      format_{light.coloured ? GLenum{GL_RGBA} : GLenum{GL_RED}},
+      width_{projector.model().width},
       height_{projector.model().height},
       coarse_width_{(width_ + kCoarse - 1) / kCoarse},
       coarse_height_{(height_ + kCoarse - 1) / kCoarse},
       arm_program_{"arm shadow",
-                   {shaders::kLight, shaders::kShadowCommon, shaders::kArmShadowVertex},
-                   {shaders::kLight, shaders::kArmShadowFragment}},
+                   {light_definitions(light, {}).c_str(), shaders::kLight, shaders::kShadowCommon, shaders::kArmShadowVertex},
+                   {light_definitions(light, {}).c_str(), shaders::kLight, shaders::kShadowOutput, shaders::kArmShadowFragment}},
       disc_program_{"disc shadows",
-                    {shaders::kLight, shaders::kShadowCommon, shaders::kDiscShadowVertex},
-                    {shaders::kLight, shaders::kDiscShadowFragment}},
+                    {light_definitions(light, {}).c_str(), shaders::kLight, shaders::kShadowCommon, shaders::kDiscShadowVertex},
+                    {light_definitions(light, {}).c_str(), shaders::kLight, shaders::kShadowOutput, shaders::kDiscShadowFragment}},
       arm_stream_{4, 2, 3, 4, 4},
       disc_stream_{4, 2, 4},
-      coarse_target_{coarse_width_, coarse_height_, {GL_R8}, false},
-      target_{width_, height_, {GL_R8}, false},
-      coarse_(static_cast<std::size_t>(coarse_width_ * coarse_height_)),
-      coarse_row_(static_cast<std::size_t>(coarse_width_)),
-      run_factors_(static_cast<std::size_t>(width_ * TileGrid::kTile)),
-      factors_(static_cast<std::size_t>(width_ * height_)) {
+      coarse_target_{coarse_width_, coarse_height_, {light.coloured ? GLenum{GL_RGBA8} : GLenum{GL_R8}}, false},
+      target_{width_, height_, {light.coloured ? GLenum{GL_RGBA8} : GLenum{GL_R8}}, false},
+      coarse_(channels_ * static_cast<std::size_t>(coarse_width_ * coarse_height_)),
+      coarse_lamp_(light.lamps.size() > 1 ? coarse_.size() : 0),
+      coarse_loss_(coarse_lamp_.size()),
+      coarse_row_(channels_ * static_cast<std::size_t>(coarse_width_)),
+      run_factors_(channels_ * static_cast<std::size_t>(width_ * TileGrid::kTile)),
+      factors_(channels_ * static_cast<std::size_t>(width_ * height_)) {
   for (const Program* program : {&arm_program_, &disc_program_}) {
-    program->use();
-    program->set("light_W", light.direction_W);
-    program->set("tan_softness", light.tan_softness);
-    program->set("ambient", light.ambient);
+    set_light(*program, light, {});
     program->set("table_half", Vector2{0.5 * table.size});
   }
   // The coarse image reaches beyond the fine one where its size is no multiple of kCoarse.
@@ -50,34 +53,60 @@ ShadowLayer::ShadowLayer(const Projector& projector, const Light& light, const T
       "fit", Vector2{static_cast<double>(width_) / (kCoarse * coarse_width_), static_cast<double>(height_) / (kCoarse * coarse_height_)});
 }
 
+void ShadowLayer::draw_arm(const ShadowMesh& shadows, std::size_t lamp) {
+  glClear(GL_COLOR_BUFFER_BIT);
+  arm_program_.set("lamp", static_cast<int>(lamp));
+  arm_stream_.upload(shadows.arm_vertices(lamp));
+  arm_stream_.draw(shadows.arm_vertices(lamp).size());
+}
+
 void ShadowLayer::draw_arm(const ShadowMesh& shadows) {
   coarse_target_.bind();
-  glClear(GL_COLOR_BUFFER_BIT);
   glEnable(GL_BLEND);
   glBlendEquation(GL_MIN);  // a point in the shadow of two links is in the shadow of one arm
   arm_program_.use();
-  arm_stream_.upload(shadows.arm_vertices());
-  arm_stream_.draw(shadows.arm_vertices().size());
+  if (shadows.lamps() == 1) {
+    draw_arm(shadows, 0);
+    glReadPixels(0, 0, coarse_width_, coarse_height_, format_, GL_UNSIGNED_BYTE, coarse_.data());
+  } else {
+    // Each lamp's light is lost by itself.
+    std::fill(coarse_loss_.begin(), coarse_loss_.end(), 0.0F);
+    for (std::size_t lamp = 0; lamp < shadows.lamps(); ++lamp) {
+      if (shadows.arm_vertices(lamp).empty()) continue;
+      draw_arm(shadows, lamp);
+      glReadPixels(0, 0, coarse_width_, coarse_height_, format_, GL_UNSIGNED_BYTE, coarse_lamp_.data());
+      for (std::size_t i = 0; i < coarse_loss_.size(); ++i) {
+        const auto encoded = static_cast<float>(coarse_lamp_[i]) / 255.0F;
+        coarse_loss_[i] += 1.0F - encoded * encoded;
+      }
+    }
+    std::transform(coarse_loss_.begin(), coarse_loss_.end(), coarse_.begin(), [](float loss) {
+      return static_cast<std::uint8_t>(255.0F * std::sqrt(std::max(1.0F - loss, 0.0F)) + 0.5F);
+    });
+  }
   glDisable(GL_BLEND);
-  glReadPixels(0, 0, coarse_width_, coarse_height_, GL_RED, GL_UNSIGNED_BYTE, coarse_.data());
   shadows.arm_tiles().for_each_run([&](const PixelRect& run) { enlarge(run); });
 }
 
 void ShadowLayer::enlarge(const PixelRect& run) {
   const int first = std::max(run.x / kCoarse - 1, 0), last = std::min((run.x + run.width) / kCoarse + 1, coarse_width_ - 1);
+  const auto index = [&](int column) { return channels_ * static_cast<std::size_t>(column); };
   for (int y = run.y; y < run.y + run.height; ++y) {
     const std::uint32_t weight = kNeighbour[static_cast<std::size_t>(y % kCoarse)];
-    const std::uint8_t* row = &coarse_[static_cast<std::size_t>(y / kCoarse * coarse_width_)];
-    const std::uint8_t* other = &coarse_[static_cast<std::size_t>(std::clamp(neighbour_of(y), 0, coarse_height_ - 1) * coarse_width_)];
-    for (int i = first; i <= last; ++i)
-      coarse_row_[static_cast<std::size_t>(i)] = static_cast<std::uint16_t>((8 - weight) * row[i] + weight * other[i]);
+    const std::uint8_t* row = &coarse_[index(y / kCoarse * coarse_width_)];
+    const std::uint8_t* other = &coarse_[index(std::clamp(neighbour_of(y), 0, coarse_height_ - 1) * coarse_width_)];
+    for (std::size_t i = index(first); i < index(last + 1); ++i) {
+      coarse_row_[i] = static_cast<std::uint16_t>((8 - weight) * row[i] + weight * other[i]);
+    }
 
-    std::uint8_t* out = &factors_[static_cast<std::size_t>(y * width_)];
+    std::uint8_t* out = &factors_[index(y * width_)];
     for (int x = run.x; x < run.x + run.width; ++x) {
       const std::uint32_t across = kNeighbour[static_cast<std::size_t>(x % kCoarse)];
-      const std::uint32_t here = coarse_row_[static_cast<std::size_t>(x / kCoarse)];
-      const std::uint32_t beside = coarse_row_[static_cast<std::size_t>(std::clamp(neighbour_of(x), first, last))];
-      out[x] = static_cast<std::uint8_t>(((8 - across) * here + across * beside + 32) / 64);
+      const std::uint16_t* here = &coarse_row_[index(x / kCoarse)];
+      const std::uint16_t* beside = &coarse_row_[index(std::clamp(neighbour_of(x), first, last))];
+      for (std::size_t c = 0; c < channels_; ++c) {
+        out[index(x) + c] = static_cast<std::uint8_t>(((8 - across) * here[c] + across * beside[c] + 32) / 64);
+      }
     }
   }
 }
@@ -99,11 +128,11 @@ void ShadowLayer::draw_discs(const ShadowMesh& shadows) {
   glDisable(GL_BLEND);
 
   shadows.disc_tiles().for_each_run([&](const PixelRect& run) {
-    glReadPixels(run.x, run.y, run.width, run.height, GL_RED, GL_UNSIGNED_BYTE, run_factors_.data());
+    glReadPixels(run.x, run.y, run.width, run.height, format_, GL_UNSIGNED_BYTE, run_factors_.data());
     for (int row = 0; row < run.height; ++row) {
-      std::uint8_t* factor = &factors_[static_cast<std::size_t>((run.y + row) * width_ + run.x)];
-      const std::uint8_t* disc = &run_factors_[static_cast<std::size_t>(row * run.width)];
-      for (int i = 0; i < run.width; ++i) {
+      std::uint8_t* factor = &factors_[channels_ * static_cast<std::size_t>((run.y + row) * width_ + run.x)];
+      const std::uint8_t* disc = &run_factors_[channels_ * static_cast<std::size_t>(row * run.width)];
+      for (std::size_t i = 0; i < channels_ * static_cast<std::size_t>(run.width); ++i) {
         // Multiplies two shares of 255, exact at both ends.
         const int product = factor[i] * disc[i] + 128;
         factor[i] = static_cast<std::uint8_t>((product + (product >> 8)) >> 8);
@@ -115,10 +144,11 @@ void ShadowLayer::draw_discs(const ShadowMesh& shadows) {
 void ShadowLayer::draw(const ShadowMesh& shadows, const TileGrid& tiles) {
   tiles.for_each_run([&](const PixelRect& run) {
     for (int row = run.y; row < run.y + run.height; ++row) {
-      std::fill_n(&factors_[static_cast<std::size_t>(row * width_ + run.x)], run.width, std::uint8_t{255});
+      std::fill_n(&factors_[channels_ * static_cast<std::size_t>(row * width_ + run.x)], channels_ * static_cast<std::size_t>(run.width),
+                  std::uint8_t{255});
     }
   });
-  if (!shadows.arm_vertices().empty()) draw_arm(shadows);
+  if (shadows.has_arm()) draw_arm(shadows);
   if (!shadows.disc_vertices().empty()) draw_discs(shadows);
 }
 

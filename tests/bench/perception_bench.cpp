@@ -3,8 +3,10 @@
 // `robust` beside the paper's method beside OpenCV's HoughCircles, all on the same pictures. Truth is used here to score, never by perception.
 
 #include "common/config/camera_file.hpp"
+#include "perception/annotate.hpp"
 #include "perception/perceiver.hpp"
 #include "perception/perception_config.hpp"
+#include "sim_bridge/camera/lighting.hpp"
 #include "sim_bridge/sim_bridge_config.hpp"
 #include "tests/bench/perception/hough.hpp"
 #include "tests/bench/perception/scenes.hpp"
@@ -15,6 +17,7 @@
 
 #include <CLI/CLI.hpp>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
@@ -37,10 +40,10 @@ struct Options {
   std::vector<std::string> lightings{"all"};
   SceneOptions scenes;
   int tune_hough = 0;
-  bool no_hough = false;
+  bool no_hough = false, verbose = false;
   std::string config = "config/cell.yaml";
   std::vector<std::string> overrides;
-  std::string json;
+  std::string json, pictures;
 };
 
 // CPU time of this thread, ms: does not depend on what else the machine does.
@@ -73,12 +76,13 @@ class Bench {
         cell_{load_cell_config(document_)},
         perception_{perception::load_perception_config(document_, cell_).settings},
         camera_{load_camera(cell_.camera_file)} {
-    for (Lighting& lighting : lightings(sim_bridge::load_sim_bridge_config(document_, cell_).camera)) {
-      const auto& wanted = options.lightings;
-      const bool all = std::find(wanted.begin(), wanted.end(), "all") != wanted.end();
-      if (all || std::find(wanted.begin(), wanted.end(), lighting.name) != wanted.end()) lightings_.push_back(std::move(lighting));
+    const sim_bridge::SimBridgeConfig bridge = sim_bridge::load_sim_bridge_config(document_, cell_);
+    std::vector<std::string> names = options.lightings;
+    if (std::find(names.begin(), names.end(), "all") != names.end()) names = sim_bridge::lighting_names(bridge.lighting_folder);
+    for (const std::string& name : names) {
+      lightings_.push_back({name, bridge.camera});
+      sim_bridge::apply_lighting(bridge.lighting_folder, name, lightings_.back().camera);
     }
-    if (lightings_.empty()) throw std::runtime_error("--lighting: found none of the known ones; allowed: " + names());
   }
 
   void run() {
@@ -93,6 +97,7 @@ class Bench {
     double worst_f1 = 1.0;
     for (const Lighting& lighting : lightings_) {
       std::map<std::string, Score> scores;
+      scores["robust"].verbose = options_.verbose;
       measure(lighting, scores, over_all, bound_ms);
       for (const char* method : {"robust", "paper", "hough"}) {
         if (!scores.contains(method)) continue;
@@ -133,9 +138,11 @@ class Bench {
     goal("robust.touch_f1", worst_f1, 0.99, true);
     goal("robust.false_contacts", robust.false_contacts, 0.0);
     goal("robust.frame_ms_median", frame, options_.scenes.discs_max > 12 ? 15.0 : 8.0);
+    std::vector<std::string> names;
+    for (const Lighting& lighting : lightings_) names.push_back(lighting.name);
     const nlohmann::json args{{"n", options_.n},
                               {"seed", options_.seed},
-                              {"lightings", names()},
+                              {"lightings", names},
                               {"discs", {options_.scenes.discs_min, options_.scenes.discs_max}},
                               {"equal_colours", options_.scenes.equal_colours},
                               {"hough", to_string(HoughSettings{})}};
@@ -143,11 +150,10 @@ class Bench {
   }
 
  private:
-  std::string names() const {
-    std::string all;
-    for (const Lighting& lighting : lightings(sim_bridge::CameraSettings{})) all += (all.empty() ? "" : ", ") + lighting.name;
-    return all;
-  }
+  struct Lighting {
+    std::string name;
+    sim_bridge::CameraSettings camera;
+  };
 
   Finding seen_by(perception::Perceiver& eyes, const support::RenderedScene& picture, bool paper) const {
     Scene scene;
@@ -187,7 +193,7 @@ class Bench {
     perception::Perceiver paper{paper_settings, camera_};
     SceneMaker maker{cell_, options_.scenes, options_.seed};
     for (int i = 0; i < options_.n; ++i) {
-      auto picture = renderer.take(maker.make(), static_cast<std::uint64_t>(i));
+      auto picture = renderer.take(maker.make(), static_cast<std::uint64_t>(i), {}, time_from_ns(500'000'000LL * i));
       picture.color.seq = picture.depth.seq = static_cast<std::uint64_t>(i);
       picture.color.exposed = picture.depth.exposed = time_from_ns(33'333'333LL * i);
       const auto add = [&](const char* method, const Finding& finding) {
@@ -198,7 +204,38 @@ class Bench {
       add("paper", seen_by(paper, picture, true));
       if (!options_.no_hough) add("hough", seen_by_hough(picture.color, {}));
       bound_ms.push_back(lower_bound_ms(picture.color));
+      if (!options_.pictures.empty() && i == options_.n - 1) this->picture(lighting.name, picture);
     }
+  }
+
+  // A scene as perception sees it, and the same with a hand 55 mm above the table painted into it.
+  void picture(const std::string& name, support::RenderedScene scene) const {
+    draw(name + ".jpg", scene);
+    cv::Mat rgb(scene.color.height, scene.color.width, CV_8UC3, scene.color.rgb.data());
+    cv::Mat depth(scene.depth.height, scene.depth.width, CV_16UC1, scene.depth.depth.data());
+    cv::Mat1b hand(rgb.size(), std::uint8_t{0});
+    cv::ellipse(hand, {700, 470}, {75, 95}, 10.0, 0.0, 360.0, 255, cv::FILLED);
+    for (int finger = 0; finger < 4; ++finger) cv::line(hand, {645 + 38 * finger, 420}, {615 + 48 * finger, 270 + 12 * std::abs(finger - 1)}, 255, 26);
+    cv::line(hand, {720, 540}, {770, 719}, 255, 95);
+    rgb.setTo(cv::Scalar{196, 150, 128}, hand);
+    depth.setTo(cv::Scalar{7450}, hand);
+    draw(name + "_hand.jpg", scene);
+  }
+
+  void draw(const std::string& name, const support::RenderedScene& shown) const {
+    perception::Perceiver eyes{perception_, camera_};
+    const Scene scene = eyes.process(shown.color, &shown.depth);
+    perception::Annotation annotation;
+    annotation.workspace = cell_.workspace;
+    annotation.disc_height = cell_.disc_height;
+    annotation.striker_radius = cell_.striker_radius;
+    annotation.target_gap = cell_.target_gap;
+    ColorFrame drawn = perception::annotate(shown.color, scene, camera_, annotation);
+    cv::Mat bgr;
+    cv::cvtColor(cv::Mat(drawn.height, drawn.width, CV_8UC3, drawn.rgb.data()), bgr, cv::COLOR_RGB2BGR);
+    const std::string file = options_.pictures + "/" + name;
+    if (!cv::imwrite(file, bgr)) throw std::runtime_error(file + ": cannot be written");
+    std::printf("  %s: %zu discs, %zu foreign objects\n", file.c_str(), scene.discs.size(), scene.foreign.size());
   }
 
   // Random search over everything that HoughCircles can be told, on scenes that no figure comes from. Best: most discs found, none invented.
@@ -247,15 +284,17 @@ int main(int argc, char** argv) {
   CLI::App app{"Measures perception on pictures of the simulator's camera"};
   app.add_option("--n", options.n, "scenes for each lighting")->check(CLI::Range(1, 1'000'000));
   app.add_option("--seed", options.seed, "of the scenes");
-  app.add_option("--lighting", options.lightings, "names, or all")->delimiter(',');
+  app.add_option("--lighting", options.lightings, "presets in config/lighting, or all of them")->delimiter(',');
   app.add_option("--discs-min", options.scenes.discs_min, "in a scene")->check(CLI::Range(1, 50));
   app.add_option("--discs-max", options.scenes.discs_max, "in a scene")->check(CLI::Range(1, 50));
   app.add_option("--gap-max", options.scenes.gap_max, "gaps are drawn from 0 to this, m")->check(CLI::Range(0.0, 0.05));
   app.add_flag("--equal-colours", options.scenes.equal_colours, "all discs of a scene in one colour");
   app.add_flag("--no-hough", options.no_hough, "without HoughCircles, which takes most of the time");
+  app.add_flag("--verbose", options.verbose, "name every disc that robust misses");
   app.add_option("--tune-hough", options.tune_hough, "only search so many parameter sets for HoughCircles")->check(CLI::Range(1, 100'000));
   app.add_option("--config", options.config, "cell configuration")->check(CLI::ExistingFile);
   app.add_option("--set", options.overrides, "section.key=value: override the configuration");
+  app.add_option("--pictures", options.pictures, "folder for each lighting's last scene as perception sees it")->check(CLI::ExistingDirectory);
   app.add_option("--json", options.json, "file for the figures");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -22,6 +22,7 @@
 #include <random>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace breakshot::perception {
@@ -248,17 +249,25 @@ TEST_F(Rendered, DiscsThatTheBorderCutsAreMeasuredWithLargerCovariance) {
   EXPECT_GT(least_sigma, 1.1 * whole_sigma);
 }
 
-TEST_F(Rendered, HalfAndTwiceTheLightChangeNothing) {
+// From a third of the light to twice, from 2700 K to 10000 K: the table says what light it is.
+TEST_F(Rendered, LightOfAnyStrengthAndColourChangesNothing) {
   const auto parked = links(studio_->cell.arm.park);
-  for (const double brightness : {0.5, 2.0}) {
+  using Lamp = std::array<double, 3>;
+  const std::pair<double, Lamp> lights[] = {{0.3, {1.0, 1.0, 1.0}},      {2.0, {1.0, 1.0, 1.0}},   {1.0, {1.0, 0.405, 0.094}},
+                                            {0.3, {1.0, 0.405, 0.094}},  {2.0, {1.0, 0.405, 0.094}}, {1.0, {1.0, 0.626, 0.389}},
+                                            {0.5, {0.72, 0.80, 1.0}}};
+  for (const auto& [brightness, lamp] : lights) {
     sim_bridge::Exposure exposure;
     exposure.brightness = brightness;
+    exposure.white_balance = lamp;
     studio_->renderer.set_exposure(exposure);
+    SCOPED_TRACE(std::to_string(brightness) + " of the light, blue " + std::to_string(lamp[2]));
     std::vector<DiscState> discs;
     for (std::uint8_t k = 0; k < 8; ++k) discs.push_back(support::disc_at(-0.24 + 0.068 * k, 0.2 * std::sin(2.0 * k), k));
     const auto picture = take(discs, parked);
     const Scene scene = perceiver().process(picture.color, &picture.depth, parked);
-    EXPECT_EQ(scene.discs.size(), discs.size()) << brightness;
+    EXPECT_EQ(scene.discs.size(), discs.size());
+    EXPECT_TRUE(scene.foreign.empty());
     for (const auto& disc : scene.discs) {
       EXPECT_EQ(disc.colour, truth_of(disc, discs).colour);
       EXPECT_LT((disc.p_WD - truth_of(disc, discs).p_WD).norm(), 0.2e-3);

@@ -88,7 +88,7 @@ TEST(CameraImage, ADiscHasATopAndADarkerSide) {
 TEST(CameraImage, DiscsDarkenTheTableBesideThemTowardsTheShadow) {
   CameraSettings settings = plain_settings();
   settings.light.shadows = true;
-  settings.light.towards_W = {0.5, 0.0, 1.0};
+  settings.light.lamps[0].towards_W = {0.5, 0.0, 1.0};
   SceneRenderer renderer{settings};
   const auto disc = disc_at(0.0, 0.0, 2);
   const auto scene = renderer.take({&disc, 1}), bare = renderer.take({});
@@ -130,7 +130,7 @@ TEST(CameraImage, TheArmHidesDiscsAndLeavesNothingBehindWhenItGoes) {
 TEST(CameraImage, TheArmShadesTableAndDiscs) {
   CameraSettings settings = plain_settings();
   settings.light.shadows = true;
-  settings.light.towards_W = {1.0, 0.0, 1.0};
+  settings.light.lamps[0].towards_W = {1.0, 0.0, 1.0};
   SceneRenderer renderer{settings, support::cell_camera(), bar_arm()};
   const std::vector<DiscState> discs{disc_at(-0.05, 0.0, 0)};
   const Pose away = at(0.0, 5.0, 0.1), over = at(0.18, 0.0, 0.2);  // its shadow lies around x = -0.02, beside what it hides
@@ -222,7 +222,7 @@ TEST(CameraImage, RefusesWhatItCannotDraw) {
   EXPECT_THROW(camera.render(snapshot, 1, rgb, depth), CameraError) << "radius";
 
   CameraSettings low_light;
-  low_light.light.towards_W = {1.0, 0.0, 0.05};
+  low_light.light.lamps[0].towards_W = {1.0, 0.0, 0.05};
   EXPECT_THROW(Camera(model, low_light, {}, Pose::Identity()), CameraError);
   model.X_WC.translation().z() = 0.05;
   EXPECT_THROW(Camera(model, {}, {}, Pose::Identity()), CameraError) << "a camera among the discs";

@@ -39,7 +39,8 @@ SceneRenderer::SceneRenderer(const sim_bridge::CameraSettings& settings, const C
                              const Pose& X_WB)
     : camera_{camera, settings, arm, X_WB} {}
 
-RenderedScene SceneRenderer::take(std::span<const sim_bridge::DiscState> discs, std::uint64_t frame, std::span<const Pose> X_WL) {
+RenderedScene SceneRenderer::take(std::span<const sim_bridge::DiscState> discs, std::uint64_t frame, std::span<const Pose> X_WL,
+                                  Time stamp) {
   const CameraModel& model = camera_.model();
   RenderedScene scene;
   scene.camera = model;
@@ -48,6 +49,7 @@ RenderedScene SceneRenderer::take(std::span<const sim_bridge::DiscState> discs, 
   scene.color = {frame, {}, model.width, model.height, std::vector<std::uint8_t>(3 * pixels)};
   scene.depth = {frame, {}, model.width, model.height, std::vector<std::uint16_t>(pixels)};
   sim_bridge::WorldSnapshot snapshot;
+  snapshot.stamp = stamp;
   snapshot.discs = scene.truth;
   snapshot.X_WL.assign(X_WL.begin(), X_WL.end());
   camera_.render(snapshot, frame, scene.color.rgb, scene.depth.depth);

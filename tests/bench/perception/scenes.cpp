@@ -14,10 +14,6 @@ constexpr double kBorder = 0.02;  // m by which centres may lie nearer to the im
 
 using sim_bridge::DiscState;
 
-// White balance of a lamp: factors on red, green, blue light, green and blue of Planck's law in linear sRGB with red as 1.
-using Factors = std::array<double, 3>;
-constexpr Factors k2700K{1.0, 0.405, 0.094}, k4000K{1.0, 0.626, 0.389}, k10000K{0.72, 0.80, 1.0};
-
 }  // namespace
 
 std::vector<DiscState> SceneMaker::make() {
@@ -47,34 +43,6 @@ std::vector<DiscState> SceneMaker::make() {
     }
     if (static_cast<int>(discs.size()) == n) return discs;
   }
-}
-
-std::vector<Lighting> lightings(const sim_bridge::CameraSettings& camera) {
-  std::vector<Lighting> all;
-  const auto add = [&](const char* name, const char* description, auto change) {
-    all.push_back({name, description, camera});
-    change(all.back().camera);
-  };
-  const auto low_lamp = [](sim_bridge::CameraSettings& c) {
-    c.light.towards_W = {1.0, 0.25, 0.45};
-    c.light.ambient = 0.20;
-    c.light.angular_radius = 0.03;
-  };
-  add("reference", "the cell's camera as configured", [](auto&) {});
-  add("dim", "0.3 of the light", [](auto& c) { c.exposure.brightness = 0.3; });
-  add("bright", "twice the light", [](auto& c) { c.exposure.brightness = 2.0; });
-  add("warm", "2700 K", [](auto& c) { c.exposure.white_balance = k2700K; });
-  add("neutral", "4000 K", [](auto& c) { c.exposure.white_balance = k4000K; });
-  add("cold", "10000 K", [](auto& c) { c.exposure.white_balance = k10000K; });
-  add("side", "a small lamp 24 degrees above the table, little light from elsewhere", low_lamp);
-  add("speckled", "a clearly speckled table", [](auto& c) { c.table.texture = 1.0; });
-  add("dim_warm_side", "0.3 of the light, 2700 K, from that lamp on a speckled table", [&](auto& c) {
-    low_lamp(c);
-    c.exposure.brightness = 0.3;
-    c.exposure.white_balance = k2700K;
-    c.table.texture = 1.0;
-  });
-  return all;
 }
 
 }  // namespace breakshot::bench

@@ -1,12 +1,10 @@
 #pragma once
 
 #include "common/config/cell_config.hpp"
-#include "sim_bridge/camera/camera_settings.hpp"
 #include "sim_bridge/world_snapshot.hpp"
 
 #include <cstdint>
 #include <random>
-#include <string>
 #include <vector>
 
 namespace breakshot::bench {
@@ -32,14 +30,5 @@ class SceneMaker {
   std::mt19937 random_;
   int scenes_ = 0;
 };
-
-/// A light to measure under.
-struct Lighting {
-  std::string name, description;
-  sim_bridge::CameraSettings camera;
-};
-
-/// All lightings that there are, made from the cell's own camera. The first is that camera as it is.
-std::vector<Lighting> lightings(const sim_bridge::CameraSettings& camera);
 
 }  // namespace breakshot::bench

@@ -54,6 +54,11 @@ void Score::add(const Finding& finding, std::span<const sim_bridge::DiscState> t
     scene_nees += error.dot(disc.covariance.inverse() * error);
     radius_nees_ += std::pow(radius_error / disc.radius_sigma, 2);
   }
+  for (std::size_t t = 0; t < truth.size() && verbose; ++t) {
+    if (of[t] != kNone) continue;
+    std::printf("  scene %d: missed colour %d, radius %.1f mm, at (%.4f, %.4f) m\n", scenes, truth[t].colour, 1e3 * truth[t].radius, truth[t].p_WD.x(),
+                truth[t].p_WD.y());
+  }
   missed += static_cast<int>(std::count(of.begin(), of.end(), kNone));
   if (scene_discs > 0) {
     nees_ += scene_nees;
