@@ -72,7 +72,7 @@ void DepthFlaws::roughen(std::span<const std::uint16_t> ideal, int width, const 
         nearest = std::min(nearest, nearest_[static_cast<std::size_t>((v - top) * run.width + i)]);
       if (own - nearest <= kJump) continue;
       std::uint16_t& out = flawed[static_cast<std::size_t>(y * width + x)];
-      const auto within = static_cast<int>(std::floor(settings_.bleed * draw(x, y, frame, 0) + 0.5));
+      const auto within = static_cast<int>(std::lround(settings_.bleed * draw(x, y, frame, 0)));
       if (within > 0) {
         const std::uint16_t over = nearest_within(x, y, within);
         if (own - over > kJump) out = over;

@@ -81,7 +81,7 @@ void ShadowLayer::draw_arm(const ShadowMesh& shadows) {
       }
     }
     std::transform(coarse_loss_.begin(), coarse_loss_.end(), coarse_.begin(), [](float loss) {
-      return static_cast<std::uint8_t>(255.0F * std::sqrt(std::max(1.0F - loss, 0.0F)) + 0.5F);
+      return static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt(std::max(1.0F - loss, 0.0F))));
     });
   }
   glDisable(GL_BLEND);

@@ -6,6 +6,7 @@
 #include "sim_bridge/node/pace.hpp"
 #include "sim_bridge/node/physics_figures.hpp"
 #include "sim_bridge/node/scene_watch.hpp"
+#include "sim_bridge/node/frame_delay.hpp"
 #include "sim_bridge/sim_bridge_config.hpp"
 
 #include <gmock/gmock.h>
@@ -287,6 +288,39 @@ TEST(DiscsOf, GivesMassByAreaAndJittersGapsRepeatably) {
   EXPECT_GE(gap, 0.0);
   EXPECT_LE(gap, 1e-3);
   EXPECT_EQ(opened[1].p_WD, discs_of(pair, config, cell)[1].p_WD);
+}
+
+TEST(FrameDelay, StaysWithinItsJitterAndKeepsTheOrder) {
+  using std::chrono::milliseconds;
+  FrameDelay delay{milliseconds{66}, milliseconds{20}, 5}, same{milliseconds{66}, milliseconds{20}, 5};
+  Time exposed = time_from_ns(1'000'000'000), last{};
+  Duration least = std::chrono::hours{1}, most{};
+  for (int i = 0; i < 2000; ++i, exposed += milliseconds{33}) {
+    const Time due = delay.due(exposed);
+    EXPECT_EQ(due, same.due(exposed));
+    EXPECT_GT(due, last);
+    least = std::min<Duration>(least, due - exposed);
+    most = std::max<Duration>(most, due - exposed);
+    last = due;
+  }
+  EXPECT_GE(least, milliseconds{46});
+  EXPECT_LE(most, milliseconds{86});
+  EXPECT_LT(least, milliseconds{48}) << "the whole range is used";
+  EXPECT_GT(most, milliseconds{84});
+}
+
+TEST(FrameDelay, FasterThanItsJitterTheOrderIsStillKept) {
+  using std::chrono::milliseconds;
+  FrameDelay delay{milliseconds{66}, milliseconds{60}, 5};
+  Time exposed = time_from_ns(1'000'000'000), last{};
+  for (int i = 0; i < 2000; ++i, exposed += milliseconds{8}) {
+    const Time due = delay.due(exposed);
+    EXPECT_GT(due, last);
+    EXPECT_GE(due, exposed);
+    last = due;
+  }
+  FrameDelay exact{milliseconds{66}, Duration::zero(), 5};
+  EXPECT_EQ(exact.due(exposed) - exposed, milliseconds{66});
 }
 
 }  // namespace
