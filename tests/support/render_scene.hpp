@@ -35,7 +35,7 @@ struct RenderedScene {
 ///     support::SceneRenderer renderer;                                 // default palette: red, green, blue, yellow, purple, orange
 ///     const auto scene = renderer.take(support::rack_of_six({0, 0}));  // scene.color.rgb, scene.depth.depth, scene.truth
 ///
-/// Pictures of the same discs with different frame numbers differ in noise only. For no noise, other light or another palette pass
+/// Pictures of the same discs with different frame numbers differ in noise only, unless the light changes with time: frames are 33 ms apart. For no noise, other light or another palette pass
 /// settings; set_exposure() makes it dark or turns the white balance from the next picture on. The arm is not in these pictures unless
 /// one is given; then take() needs the poses of its links.
 class SceneRenderer {
