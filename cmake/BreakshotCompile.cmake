@@ -2,6 +2,7 @@
 
 option(BREAKSHOT_WERROR "Treat warnings as errors (CI does)" ON)
 set(BREAKSHOT_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize=: \"address,undefined\" or \"thread\"")
+option(BREAKSHOT_FUZZ "Build the fuzzers of tests/fuzz (clang)" OFF)
 option(BREAKSHOT_COVERAGE "Instrument for gcov" OFF)
 
 set(CMAKE_CXX_STANDARD 20)
@@ -22,7 +23,7 @@ endif()
 # Sanitizers must see every translation unit, generated ones too.
 if(BREAKSHOT_SANITIZE)
   # GCC takes what the sanitizers add to std::regex and std::function for uses of uninitialised values.
-  add_compile_options(-fsanitize=${BREAKSHOT_SANITIZE} -fno-omit-frame-pointer -Wno-maybe-uninitialized)
+  add_compile_options(-fsanitize=${BREAKSHOT_SANITIZE} -fno-omit-frame-pointer $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   add_link_options(-fsanitize=${BREAKSHOT_SANITIZE})
   if(BREAKSHOT_SANITIZE MATCHES undefined)
     add_compile_options(-fno-sanitize-recover=undefined)
@@ -36,7 +37,7 @@ endif()
 add_library(breakshot_compile INTERFACE)
 target_compile_options(breakshot_compile INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual -Wcast-align
-  -Wduplicated-cond -Wlogical-op -Wformat=2 -Wimplicit-fallthrough
+  $<$<CXX_COMPILER_ID:GNU>:-Wduplicated-cond> $<$<CXX_COMPILER_ID:GNU>:-Wlogical-op> -Wformat=2 -Wimplicit-fallthrough
   $<$<BOOL:${BREAKSHOT_WERROR}>:-Werror>
   -fstack-protector-strong)
 target_compile_definitions(breakshot_compile INTERFACE $<$<CONFIG:Debug>:_GLIBCXX_ASSERTIONS>)

@@ -2,7 +2,7 @@
 
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)                                  # libeigen3-dev
-find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs calib3d)  # libopencv-{core,imgproc,imgcodecs,calib3d}-dev
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs calib3d aruco)  # libopencv-dev (aruco: libopencv-contrib-dev, which it brings)
 find_package(fastcdr REQUIRED)                                               # libfastcdr-dev
 find_package(fastrtps 2.9 REQUIRED)                                          # libfastrtps-dev (Fast DDS)
 find_package(orocos_kdl REQUIRED)                                            # liborocos-kdl-dev

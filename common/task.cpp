@@ -30,6 +30,7 @@ const char* to_string(TaskFailure failure) noexcept {
     case TaskFailure::kNoFeasibleStroke: return "no feasible stroke";
     case TaskFailure::kControllerFault: return "controller fault";
     case TaskFailure::kBadRequest: return "bad request";
+    case TaskFailure::kForeignObject: return "foreign object";
   }
   return "invalid";
 }

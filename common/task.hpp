@@ -65,6 +65,7 @@ enum class TaskFailure : std::uint8_t {
   kNoFeasibleStroke = 6,  ///< every stroke that the strategy offered was refused
   kControllerFault = 7,   ///< the controller is not there, is stopped, or stopped a stroke
   kBadRequest = 8,
+  kForeignObject = 9,  ///< something that is neither disc nor arm stays on the table
 };
 
 /// Time of the cell clock spent so far, by what was waited for.

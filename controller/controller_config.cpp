@@ -39,6 +39,8 @@ ControllerConfig load_controller_config(const ConfigDocument& document, const Ce
   config.io_priority = static_cast<int>(realtime.integer("io_priority", 1, config.realtime.priority));
   config.realtime.cpu = static_cast<int>(realtime.integer("cpu", -1, 1023));
   config.lock_memory = realtime.flag("lock_memory");
+  const auto wake_latency = static_cast<int>(realtime.integer("wake_latency_us", -1, 1'000'000));
+  config.realtime.wake_latency_us = wake_latency < 0 ? std::nullopt : std::optional{wake_latency};
 
   const ConfigNode flight = node.child("flight");
   config.flight.folder = flight.path("folder");

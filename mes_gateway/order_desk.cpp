@@ -48,6 +48,7 @@ Reason job_result(const TaskStatus& status) noexcept {
   switch (status.failure) {
     case TaskFailure::kBadRequest: return Reason::kUnsupportedParam;
     case TaskFailure::kControllerFault:
+    case TaskFailure::kForeignObject:
     case TaskFailure::kNoScene: return Reason::kNotReady;
     case TaskFailure::kWrongDiscCount:
     case TaskFailure::kTimeout:

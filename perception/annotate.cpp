@@ -47,6 +47,7 @@ class Canvas {
     gaps();
     if (has_stroke) stroke(*annotation_.stroke);
     for (const auto& disc : scene_.discs) name(disc);
+    for (const auto& object : scene_.foreign) foreign(object);
   }
 
  private:
@@ -56,6 +57,15 @@ class Canvas {
     return {std::clamp(p->x(), -1e4, 1e4), std::clamp(p->y(), -1e4, 1e4)};
   }
   cv::Point2d on_top(const Vector2& p_W) const { return pixel(p_W, annotation_.disc_height); }
+
+  void foreign(const ForeignObject& object) {
+    circle(object.p_W, object.extent, object.height, kRed, 3, true);
+    const cv::Point2d middle = pixel(object.p_W, object.height);
+    const std::string what = object.kind == ForeignObject::Kind::kPaint     ? "no disc"
+                             : object.kind == ForeignObject::Kind::kOffTable ? "off the table"
+                                                                             : "foreign";
+    label(object.height > 0.0 ? what + ", " + millimetres(object.height, 0) + " high" : what, middle, {0.0, 1.0}, 0.5, kRed);
+  }
 
   // A line with a dark seam, so that it reads on any background.
   void line(const cv::Point2d& a, const cv::Point2d& b, const cv::Scalar& colour, int width) {

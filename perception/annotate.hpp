@@ -23,7 +23,7 @@ struct Annotation {
   std::vector<Vector2> predicted_p_WD;  ///< where the discs are expected to rest, by index of the scene; may be empty
 };
 
-/// Draws a scene for people: outlines and ids, the workspace, contacts with their push arrows, gaps in mm, the chosen stroke and what it is
+/// Draws a scene for people: outlines and ids, the workspace, foreign objects, contacts with their push arrows, gaps in mm, the chosen stroke and what it is
 /// expected to do. The result is as wide as the image, and higher by the banner, if there is one.
 /// @throws std::invalid_argument when the image has another size than the camera
 ColorFrame annotate(const ColorFrame& image, const Scene& scene, const CameraModel& camera, const Annotation& annotation);

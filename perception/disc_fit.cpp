@@ -11,16 +11,25 @@ namespace breakshot::perception {
 namespace {
 
 constexpr int kDirections = 144;     // one per 1.5 px of a 30 mm disc's outline: closer ones would share their pixels' noise
+constexpr int kRoughly = 2;          // of a guess only every second one: it is fitted again anyway
 constexpr double kSampleStep = 0.5;  // px, along a profile across the rim
-// Half a profile's length, px, per pass. The first must bridge the guess's error; the later ones stay close to the edge, where shadows and
+// Half a profile's length, px, per pass. The first must bridge the guess's error; the others stay close to the edge, where shadows and
 // bevels have no room to change the colours that the two sides are measured by.
-constexpr std::array<double, 3> kReach{3.5, 1.5, 1.5};
+constexpr std::array<double, 2> kReach{3.5, 1.5};
+constexpr double kClear = 2.5;  // px beyond the rim that no neighbour may reach: half a profile and the neighbour's blur
 constexpr std::size_t kMaxSamples = 15;
-constexpr double kRimBlur = 1.5;       // px: from there on an edge's blur has faded
-constexpr double kMinContrast = 15.0;  // distance of the two sides in RGB, [0, 255]: five times the noise of a sample
+constexpr double kRimBlur = 1.5;  // px: from there on an edge's blur has faded
+constexpr double kMinContrast =
+    15.0;  // distance of the two sides in RGB under the reference light, [0, 255]: five times the noise of a sample
+// Weight of an edge where the wall meets the table beside one of the top rim: shadow there shifts it by some 0.05 px, by more or less under
+// other lamps.
+constexpr double kTrustInFoot = 0.2;
 constexpr double kTukey = 4.685;       // 95 % efficiency for normal errors (Holland and Welsch 1977)
 constexpr double kPatches = 8.0;       // of an outline that share one draw of edge_patch_sigma
+constexpr double kRadiusSlack = 0.5e-3;  // m
 constexpr double kAgree = 4.0;         // of edge_sigma_floor: edges this near to a circle agree with it
+constexpr double kLeastSeen = 0.10;    // share of the outline below which not even neighbours all around excuse a disc
+constexpr double kVaguest = 0.7e-3;    // m: standard deviation of a centre that is worth reporting
 constexpr double kMostlySeen = 0.08;   // share of the outline that highlights and noise may cost a disc in full view
 
 using Colour = Eigen::Vector3f;
@@ -47,29 +56,42 @@ double distance_to_segment(const Vector2& c, const Vector2& a, const Vector2& b)
 
 // How much of a colour is the disc's and how much is what lies outside.
 //
-// Usually the two differ in hue: the colour is then split into a part along `inside` and one along `outside`, and the second part is the
-// answer. However much brighter or darker than the sample the disc is (a bevel, its wall beside its top), only the first part changes.
-// Where the two are nearly parallel (a grey disc, deep shadow) the answer is the place between them.
+// Usually the two differ in hue: the colour is then split into a part along `inside` and one along `outside`. Beside a sharp edge both sides may
+// be brighter or darker than the sample that they are told by (a bevel, a wall that darkens towards its foot, the brim of a shadow): the outside's
+// part of the sum hardly follows that, as long as it happens to both alike. Where the inside of the sample is another face than the one
+// that ends here (the top face past a narrow wall), only the outside's part itself means something. Where the two are nearly parallel (a grey
+// disc, deep shadow) the answer is the place between them.
 class Mixture {
  public:
-  Mixture(const Colour& inside, const Colour& outside) noexcept {
-    const float cosine = inside.dot(outside) / std::max(1e-6F, inside.norm() * outside.norm());
-    by_hue_ = 1.0F - cosine * cosine > kMinSine * kMinSine && outside.norm() > kMinLight;
-    // The part of `outside` that is perpendicular to `inside` measures the share of the outside whatever the disc's brightness.
-    axis_ = by_hue_ ? Colour{outside - inside * (inside.dot(outside) / inside.squaredNorm())} : Colour{outside - inside};
+  enum class By : std::uint8_t { kShare, kOutside };
+
+  Mixture(const Colour& inside, const Colour& outside, By by, float level) noexcept {
+    const float dot = inside.dot(outside);
+    const float cosine = dot / std::max(1e-6F, inside.norm() * outside.norm());
+    by_hue_ = 1.0F - cosine * cosine > kMinSine * kMinSine && std::min(inside.norm(), outside.norm()) > level * kMinLight;
+    // The part of `outside` that is perpendicular to `inside` measures the outside whatever the disc's brightness, and the other way round.
+    axis_ = by_hue_ ? Colour{outside - inside * (dot / inside.squaredNorm())} : Colour{outside - inside};
     axis_ /= axis_.squaredNorm();
     origin_ = by_hue_ ? 0.0F : inside.dot(axis_);
+    if (!by_hue_ || by == By::kOutside) return;
+    sum_ = Colour{inside - outside * (dot / outside.squaredNorm())};
+    sum_ = sum_ / sum_.squaredNorm() + axis_;
+    of_sum_ = true;
   }
   bool by_hue() const noexcept { return by_hue_; }
   /// 0 inside, 1 outside.
-  float outside_share(const Colour& colour) const noexcept { return colour.dot(axis_) - origin_; }
+  float outside_share(const Colour& colour) const noexcept {
+    const float outside = colour.dot(axis_) - origin_;
+    return of_sum_ ? outside / std::max(kLeastSum, colour.dot(sum_)) : outside;
+  }
 
  private:
   static constexpr float kMinSine = 0.15F;  // of the angle between the two colours: below, noise grows by more than six
   static constexpr float kMinLight = 12.0F;
-  Colour axis_;
+  static constexpr float kLeastSum = 0.1F;
+  Colour axis_, sum_{0.0F, 0.0F, 0.0F};
   float origin_ = 0.0F;
-  bool by_hue_ = false;
+  bool by_hue_ = false, of_sum_ = false;
 };
 
 // Where a profile passes half-way from its inside to its outside, in samples from its middle; nothing when it does not.
@@ -127,6 +149,12 @@ double median(std::vector<double>& values) {
 
 DiscFitter::DiscFitter(const View& view, const PerceptionSettings& settings, const Segmenter& segmenter, const ArmMask& arm)
     : view_{view}, settings_{settings}, segmenter_{segmenter}, arm_{arm} {
+  for (int k = 0; k < kDirections; ++k) {
+    const double angle = 2.0 * CV_PI * k / kDirections;
+    directions_.emplace_back(std::cos(angle), std::sin(angle));
+  }
+  const Matrix3 R_WC = view.camera.X_WC.linear();
+  up_C_ = R_WC.row(2).transpose();
   for (std::size_t i = 0; i < light_.size(); ++i) {
     light_[i] = static_cast<float>(255.0 * std::pow(static_cast<double>(i) / 255.0, settings.edge_gamma));
   }
@@ -140,12 +168,25 @@ bool DiscFitter::occluded(const DepthFrame& depth, const Vector2& pixel) const n
       1e-4 * depth.depth[static_cast<std::size_t>(y) * static_cast<std::size_t>(depth.width) + static_cast<std::size_t>(x)];
   if (range == 0.0) return false;  // a hole says nothing
   const CameraModel& camera = view_.camera;
-  const Vector3 p_C{range * (x - camera.cx) / camera.fx, range * (y - camera.cy) / camera.fy, range};
-  return (camera.X_WC * p_C).z() > settings_.occluder_height;
+  const double rise = up_C_.x() * (x - camera.cx) / camera.fx + up_C_.y() * (y - camera.cy) / camera.fy + up_C_.z();
+  return camera.X_WC.translation().z() + range * rise > settings_.occluder_height;
+}
+
+void DiscFitter::adapt(const TableLight& light) noexcept {
+  const double factor = 3.0 / (light.gain[0] + light.gain[1] + light.gain[2]);
+  level_ = static_cast<float>(std::min(1.0, std::pow(factor, settings_.edge_gamma)));
+}
+
+// What neighbours hide does not count against a disc: in a dense pack little of an outline shows, but all around.
+bool DiscFitter::too_little(std::size_t seen, int explained, int directions) const noexcept {
+  const double share = static_cast<double>(seen) / directions;
+  const double free = 1.0 - static_cast<double>(explained) / directions;
+  return share < kLeastSeen || share < settings_.min_seen_arc_deg / 360.0 * free;
 }
 
 DiscFitter::Look DiscFitter::look(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& disc, std::span<const CircleGuess> near,
-                                  const Vector2& n_W, double reach, double& range) const {
+                                  double reach, Edge& edge) const {
+  const Vector2& n_W = edge.n_W;
   const bool top = view_.top_rim_bounds(disc.p_WD, disc.radius, n_W);
   const double z = view_.rim_height(top);
   const Vector2 rim = disc.p_WD + disc.radius * n_W;
@@ -159,7 +200,7 @@ DiscFitter::Look DiscFitter::look(const cv::Mat3b& rgb, const DepthFrame* depth,
   const Vector2 step = across.normalized() * kSampleStep;
 
   // What lies just outside, along its ray from the plane of the top faces down to the table.
-  const Vector2 far_end = rim + kReach.front() / pixels_per_metre * n_W;
+  const Vector2 far_end = rim + std::max(reach, kClear) / pixels_per_metre * n_W;
   const Vector2 ray_top = top ? far_end : view_.top_of_ray(far_end);
   const Vector2 ray_base = top ? view_.base_of_ray(far_end) : far_end;
   for (const auto& other : near) {
@@ -176,26 +217,27 @@ DiscFitter::Look DiscFitter::look(const cv::Mat3b& rgb, const DepthFrame* depth,
     return Look::kHidden;
   // The arm, or a highlight: asked of the pixel itself, as the colour table speaks of encoded values.
   const std::uint8_t* p = rgb.ptr<std::uint8_t>(static_cast<int>(inner.y() + 0.5)) + 3 * static_cast<int>(inner.x() + 0.5);
-  if (segmenter_.classify(p[0], p[1], p[2]) != disc.colour) return Look::kHidden;
+  if (segmenter_.classify(p[0], p[1], p[2]) != disc.colour) return Look::kNothing;
 
   std::array<Colour, kMaxSamples> buffer;
   const std::span profile = std::span{buffer}.first(samples);
   for (std::size_t i = 0; i < samples; ++i) profile[i] = sample(rgb, light_, inner + static_cast<double>(i) * step);
   const Colour inside = (profile[0] + profile[1]) / 2.0F;
   const Colour outside = (profile[samples - 1] + profile[samples - 2]) / 2.0F;
-  if ((inside - outside).norm() < static_cast<float>(kMinContrast)) return Look::kHidden;
-  const Mixture mixture{inside, outside};
+  if ((inside - outside).norm() < level_ * static_cast<float>(kMinContrast)) return Look::kNothing;
   // Past a narrow wall the inside of the profile is the top face: brighter than the wall, so only hue finds the wall's edge.
   const bool narrow = !top && view_.wall_width(disc.p_WD, disc.radius, n_W) * pixels_per_metre < reach + kRimBlur;
+  const Mixture mixture{inside, outside, narrow ? Mixture::By::kOutside : Mixture::By::kShare, level_};
   if (narrow && !mixture.by_hue()) return Look::kNarrowWall;
   const auto at = half_way(profile, mixture);
-  if (!at) return Look::kHidden;
-  range = disc.radius + *at * kSampleStep / pixels_per_metre;
+  if (!at) return Look::kNothing;
+  edge.range = disc.radius + *at * kSampleStep / pixels_per_metre;
+  edge.trust = top ? 1.0 : kTrustInFoot;
   return Look::kEdge;
 }
 
 std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& guess,
-                                       std::span<const CircleGuess> all, std::size_t self) const {
+                                       std::span<const CircleGuess> all, std::size_t self, bool fitted_before) const {
   CircleGuess disc = guess;
   std::vector<CircleGuess> near;
   // A wall shifts by at most height / (camera height - height) of the distance from the camera's foot; 30 mm covers the image's corners.
@@ -208,27 +250,30 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
   std::vector<double> errors;
   edges.reserve(kDirections);
   errors.reserve(kDirections);
+  const int stride = fitted_before ? 1 : kRoughly;
+  const int directions = kDirections / stride;
+  int known_hidden = 0;
   int explained = 0;  // directions without an edge for a reason that says nothing against the disc
   double sigma = 0.0;
-  Matrix3 normal;
-  for (const double reach : kReach) {
+  Matrix3 normal{Matrix3::Zero()};
+  for (const double reach : std::span{kReach}.subspan(fitted_before ? 1 : 0)) {
     edges.clear();
-    explained = 0;
-    for (int k = 0; k < kDirections; ++k) {
-      const double angle = 2.0 * CV_PI * k / kDirections;
-      const Vector2 n_W{std::cos(angle), std::sin(angle)};
-      double range = 0.0;
-      const Look seen = look(rgb, depth, disc, near, n_W, reach, range);
-      if (seen == Look::kEdge) edges.push_back({n_W, range, 1.0});
+    explained = known_hidden = 0;
+    for (int k = 0; k < kDirections; k += stride) {
+      Edge edge;
+      edge.n_W = directions_[static_cast<std::size_t>(k)];
+      const Look seen = look(rgb, depth, disc, near, reach, edge);
+      if (seen == Look::kEdge) edges.push_back(edge);
+      if (seen == Look::kHidden) ++known_hidden;
       if (seen == Look::kNeighbour || seen == Look::kNarrowWall) ++explained;
     }
     // Something may cover the disc: its edges must not bend the circle.
-    if (kDirections - explained - static_cast<int>(edges.size()) > kMostlySeen * kDirections) {
+    if (directions - explained - static_cast<int>(edges.size()) > kMostlySeen * directions) {
       const double tolerance = kAgree * settings_.edge_sigma_floor;
       const Vector3 most = circle_of_most(edges, tolerance);
       std::erase_if(edges, [&](const Edge& edge) { return std::abs(edge.error(most)) > tolerance; });
     }
-    if (static_cast<double>(edges.size()) * 360.0 / kDirections < settings_.min_seen_arc_deg) return std::nullopt;
+    if (too_little(edges.size(), explained, directions)) return std::nullopt;
 
     // Robust least squares for the centre's shift and the radius; the errors are small, so two or three rounds settle it.
     Vector3 x{0.0, 0.0, disc.radius};
@@ -243,8 +288,8 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
         const double inside = 1.0 - error * error;
         e.weight = inside > 0.0 ? inside * inside : 0.0;
         const Vector3 row{e.n_W.x(), e.n_W.y(), 1.0};
-        normal += e.weight * row * row.transpose();
-        right += e.weight * e.range * row;
+        normal += e.trust * e.weight * row * row.transpose();
+        right += e.trust * e.weight * e.range * row;
       }
       const auto solver = normal.ldlt();
       if (solver.rcond() < 1e-6) return std::nullopt;
@@ -254,7 +299,8 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
     disc.radius = x.z();
     if (!(disc.radius > 0.5 * settings_.radius_min && disc.radius < 2.0 * settings_.radius_max)) return std::nullopt;
   }
-  if (disc.radius < settings_.radius_min || disc.radius > settings_.radius_max) return std::nullopt;
+  // The limits are those of true radii.
+  if (disc.radius < settings_.radius_min - kRadiusSlack || disc.radius > settings_.radius_max + kRadiusSlack) return std::nullopt;
 
   const auto good = std::count_if(edges.begin(), edges.end(), [](const Edge& e) { return e.weight > 0.1; });
   DiscFit fit;
@@ -262,13 +308,15 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
   fit.radius = disc.radius;
   fit.colour = guess.colour;
   fit.region = guess.region;
-  fit.seen_share = static_cast<double>(good) / kDirections;
-  fit.hidden_share = static_cast<double>(kDirections - explained - good) / kDirections;
+  fit.seen_share = static_cast<double>(good) / directions;
+  fit.hidden_share = static_cast<double>(directions - explained - good) / directions;
+  fit.missing_share = std::max(0.0, fit.hidden_share - static_cast<double>(known_hidden) / directions);
   fit.complete = fit.hidden_share < kMostlySeen;
-  if (360.0 * fit.seen_share < settings_.min_seen_arc_deg) return std::nullopt;
+  if (too_little(static_cast<std::size_t>(good), explained, directions)) return std::nullopt;
   // Points that share an error count as one.
-  const double patch = settings_.edge_patch_sigma * settings_.edge_patch_sigma * kDirections / kPatches;
+  const double patch = settings_.edge_patch_sigma * settings_.edge_patch_sigma * directions / kPatches;
   fit.covariance = (sigma * sigma + patch) * normal.inverse();
+  if (fit.covariance.topLeftCorner<2, 2>().trace() > kVaguest * kVaguest) return std::nullopt;
   fit.covariance(2, 2) += settings_.edge_common_sigma * settings_.edge_common_sigma;
   return fit;
 }

@@ -10,22 +10,6 @@ namespace {
 
 constexpr int kRowStride = 8;  // every eighth row: a tenth of a disc, and sensor noise differs in every row anyway
 
-// A checksum of every eighth row. The noise of a live sensor never repeats, so an equal checksum means the same picture.
-std::uint64_t content(const ColorFrame& frame) noexcept {
-  std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a over words (Fowler, Noll, Vo)
-  const auto row_bytes = static_cast<std::size_t>(frame.width) * 3;
-  for (int y = 0; y < frame.height; y += kRowStride) {
-    const std::uint8_t* row = frame.rgb.data() + static_cast<std::size_t>(y) * row_bytes;
-    for (std::size_t i = 0; i + 8 <= row_bytes; i += 8) {
-      std::uint64_t word = 0;
-      std::memcpy(&word, row + i, sizeof word);
-      hash = (hash ^ word) * 0x100000001b3u;
-      hash ^= hash >> 29;  // FNV alone never carries high bits of a word down
-    }
-  }
-  return hash;
-}
-
 // The level that the brightest percent of the pixels reaches.
 int bright_level(const ColorFrame& frame) noexcept {
   std::array<int, 256> histogram{};
@@ -48,6 +32,43 @@ std::string size_text(int width, int height) { return std::to_string(width) + " 
 
 }  // namespace
 
+// Checksums of every eighth row, for each band of rows. The noise of a live sensor never repeats, so an equal checksum means the same picture.
+ImageCheck::Bands ImageCheck::content(const ColorFrame& frame) noexcept {
+  Bands bands{};
+  const auto row_bytes = static_cast<std::size_t>(frame.width) * 3;
+  for (int band = 0; band < kBands; ++band) {
+    std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a over words (Fowler, Noll, Vo)
+    std::uint64_t first = 0, different = 0;
+    for (int y = band * frame.height / kBands; y < (band + 1) * frame.height / kBands; y += kRowStride) {
+      const std::uint8_t* row = frame.rgb.data() + static_cast<std::size_t>(y) * row_bytes;
+      for (std::size_t i = 0; i + 8 <= row_bytes; i += 8) {
+        std::uint64_t word = 0;
+        std::memcpy(&word, row + i, sizeof word);
+        hash = (hash ^ word) * 0x100000001b3u;
+        hash ^= hash >> 29;  // FNV alone never carries high bits of a word down
+        if (first == 0) first = word;
+        different |= word ^ first;
+      }
+    }
+    bands[static_cast<std::size_t>(band)] = {hash, different != 0};
+  }
+  return bands;
+}
+
+std::optional<std::string> ImageCheck::frozen(const Bands& bands) const {
+  int same = 0, first = -1;
+  for (int band = 0; band < kBands; ++band) {
+    const auto i = static_cast<std::size_t>(band);
+    if (!bands[i].varied || bands[i].hash != last_content_[i].hash) continue;
+    ++same;
+    if (first < 0) first = band;
+  }
+  if (same == 0) return std::nullopt;
+  if (same == kBands) return "found the content of the frame before it under a new stamp";
+  return "found the content of the frame before it in " + std::to_string(same) + " of " + std::to_string(kBands) +
+         " bands of rows, the first from row " + std::to_string(first * height_ / kBands) + " on";
+}
+
 ImageCheck::ImageCheck(int width, int height, double dark_level) : width_{width}, height_{height}, dark_level_{dark_level} {}
 
 std::optional<ImageFault> ImageCheck::check(const ColorFrame& frame) {
@@ -69,15 +90,24 @@ std::optional<ImageFault> ImageCheck::check(const ColorFrame& frame) {
     return ImageFault{SceneQuality::kBadImage, who + "found a stamp " + std::to_string(to_ns(before) - to_ns(frame.exposed)) +
                                                    " ns behind the frame before it; stamps must grow"};
   }
-  const std::uint64_t hash = content(frame);
-  const bool same = !first && hash == last_content_;
-  last_content_ = hash;
+  const Bands bands = content(frame);
+  const auto same = first ? std::nullopt : frozen(bands);
+  last_content_ = bands;
   if (const int level = bright_level(frame); level < dark_level_) {
     return ImageFault{SceneQuality::kDark, who + "found the brightest percent of the pixels to begin at " + std::to_string(level) +
                                                " of 255; at least " + std::to_string(static_cast<int>(std::ceil(dark_level_))) +
                                                " is needed"};
   }
-  if (same) return ImageFault{SceneQuality::kFrozen, who + "found the content of the frame before it under a new stamp"};
+  if (same) return ImageFault{SceneQuality::kFrozen, who + *same};
+  return std::nullopt;
+}
+
+std::optional<std::string> stale(const ColorFrame& frame, Time now, Duration limit) {
+  constexpr Duration kAhead = std::chrono::milliseconds{50};  // clocks of one machine do not differ by so much
+  const auto ms = [](Duration d) { return std::to_string(static_cast<long>(std::lround(1e3 * to_seconds(d)))) + " ms"; };
+  const std::string who = "colour frame " + std::to_string(frame.seq) + ": ";
+  if (now - frame.exposed > limit) return who + "found a stamp " + ms(now - frame.exposed) + " old; at most " + ms(limit) + " is allowed";
+  if (frame.exposed - now > kAhead) return who + "found a stamp " + ms(frame.exposed - now) + " in the future";
   return std::nullopt;
 }
 

@@ -4,6 +4,7 @@
 #include "common/scene.hpp"
 #include "perception/settings.hpp"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -30,9 +31,22 @@ class ImageCheck {
   int width_, height_;
   double dark_level_;
   bool any_ = false;
+  static constexpr int kBands = 8;
+  /// What a band of rows shows.
+  struct Band {
+    std::uint64_t hash = 0;
+    bool varied = false;  ///< not one value all over, as overexposed table is
+  };
+  using Bands = std::array<Band, kBands>;
+  static Bands content(const ColorFrame& frame) noexcept;
+  std::optional<std::string> frozen(const Bands& bands) const;
+
   Time last_exposed_{};
-  std::uint64_t last_content_ = 0;
+  Bands last_content_{};
 };
+
+/// What is wrong with the age of a frame: older than `limit`, or from the future; nothing when it is fresh. Both times of the same clock.
+std::optional<std::string> stale(const ColorFrame& frame, Time now, Duration limit);
 
 /// Checks a depth frame against the calibrated camera and the colour frame that it belongs to; nothing when it is good.
 std::optional<std::string> depth_fault(const DepthFrame& depth, const ColorFrame& color);

@@ -25,6 +25,28 @@ void append_rim(const View& view, const Vector2& p_WD, double radius, double hei
 
 }  // namespace
 
+std::vector<DiscFit> paper_discs(const View& view, const PerceptionSettings& settings, std::span<const Region> regions) {
+  std::vector<DiscFit> discs;
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const Region& region = regions[i];
+    if (region.colour == kNoColour) continue;
+    const cv::Moments moments = cv::moments(region.mask, true);
+    const Vector2 middle{region.box.x + moments.m10 / moments.m00, region.box.y + moments.m01 / moments.m00};
+    DiscFit disc;
+    disc.p_WD = view.camera.point_on_plane(middle, view.disc_height);
+    const double pixel = (view.camera.point_on_plane(middle + Vector2{1.0, 0.0}, view.disc_height) - disc.p_WD).norm();
+    disc.radius = pixel * std::sqrt(moments.m00 / CV_PI);
+    if (disc.radius < settings.radius_min || disc.radius > settings.radius_max) continue;
+    disc.covariance = pixel * pixel * Matrix3::Identity();
+    disc.seen_share = 1.0;
+    disc.complete = true;
+    disc.colour = region.colour;
+    disc.region = i;
+    discs.push_back(disc);
+  }
+  return discs;
+}
+
 PaperContours::PaperContours(const View& view, const PerceptionSettings& settings) : view_{view}, settings_{settings} {}
 
 const std::vector<ContourContact>& PaperContours::find(std::span<const Region> regions, std::span<const DiscFit> discs) {

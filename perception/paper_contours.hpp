@@ -22,6 +22,10 @@ struct ContourContact {
   double contour_length = 0.0;         ///< extent of the overlap along it, m
 };
 
+/// The discs as the paper's segmentation gives them: one for each patch, where the patch's middle is and as large as the patch, walls and all.
+/// Discs of one colour that touch are one; what is hidden or cut is smaller. Covariances are those of a whole pixel.
+std::vector<DiscFit> paper_discs(const View& view, const PerceptionSettings& settings, std::span<const Region> regions);
+
 /// The contact method of the paper (Sec. 5, Fig. 7): each disc's contour is drawn thicker; where two thick contours overlap the discs count
 /// as touching; principal component analysis of the overlapping pixels gives the push axis, along the common tangent.
 ///

@@ -1,11 +1,15 @@
 #include "perception/perceiver.hpp"
 
 #include "perception/arm_mask.hpp"
+#include "perception/camera_watch.hpp"
 #include "perception/disc_fit.hpp"
+#include "perception/foreign_objects.hpp"
+#include "perception/hue_check.hpp"
 #include "perception/image_check.hpp"
 #include "perception/outline_guess.hpp"
 #include "perception/paper_contours.hpp"
 #include "perception/segmentation.hpp"
+#include "perception/table_light.hpp"
 #include "perception/tracker.hpp"
 #include "perception/view.hpp"
 
@@ -15,6 +19,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace breakshot::perception {
@@ -59,12 +64,16 @@ class Perceiver::Impl {
       : settings_{settings},
         view_{camera, settings.disc_height},
         arm_{camera, arm, X_WB, settings.arm_margin},
+        watch_{camera, settings_.watch, arm_},
         image_check_{camera.width, camera.height, settings.dark_level},
+        meter_{settings.table_rgb},
         segmenter_{settings_},
         guesser_{view_, settings_, arm_},
         fitter_{view_, settings_, segmenter_, arm_},
         contours_{view_, settings_},
-        tracker_{settings_} {
+        foreign_{view_, settings_, arm_},
+        tracker_{settings_},
+        has_arm_{!arm.links.empty()} {
     // The smallest patch worth a look: half of the smallest disc's top face, the rest behind the arm.
     const double pixels_per_metre = camera.fx / (camera.X_WC.translation().z() - settings.disc_height);
     const double radius_px = settings.radius_min * pixels_per_metre;
@@ -77,39 +86,85 @@ class Perceiver::Impl {
     scene.seq = ++scenes_;
     scene.frame_seq = color.seq;
     scene.exposed = color.exposed;
-    if (const auto fault = image_check_.check(color)) {
-      scene.quality = fault->quality;
-      scene.text = fault->text;
-      scene.max_speed = std::numeric_limits<double>::infinity();
-      tracker_.interrupt();
-      return scene;
-    }
+    if (const auto fault = image_check_.check(color)) return refused(scene, *fault);
     if (depth != nullptr) {
       if (const auto fault = depth_fault(*depth, color)) {
         scene.text = *fault + "; went on without depth";
         depth = nullptr;
       }
     }
+    std::string why;
+    const auto light = settings_.method == Method::kRobust ? meter_.measure(color, why) : std::optional{TableLight{}};
+    const std::string who = "colour frame " + std::to_string(color.seq) + ": ";
+    if (!light) return refused(scene, {SceneQuality::kBadImage, who + why});
     // OpenCV has no header over constant pixels; nothing here writes to it.
     const cv::Mat3b rgb(color.height, color.width, reinterpret_cast<cv::Vec3b*>(const_cast<std::uint8_t*>(color.rgb.data())));
-    const auto& regions = segmenter_.segment(rgb, min_area_px_);
-    fit_discs(rgb, depth, regions);
+    const auto& regions = segmenter_.segment(rgb, *light, min_area_px_);
+    if (settings_.method == Method::kRobust) {
+      fitter_.adapt(*light);
+      fit_discs(rgb, depth, regions);
+      if (!X_WL.empty() || depth != nullptr) drop_doubtful();
+    } else {
+      fits_ = paper_discs(view_, settings_, regions);
+    }
+    order_fits();
+    if (settings_.method == Method::kRobust && mirrored_hues(rgb, *light, settings_.colours, view_, fits_)) {
+      const char* what = "found the discs' hues mirrored about green: red and blue look swapped";
+      return refused(scene, {SceneQuality::kBadImage, who + what});
+    }
+    // While nobody knows where the arm is, it would be taken for something that does not belong there.
+    if (settings_.method == Method::kRobust && (!X_WL.empty() || !has_arm_)) scene.foreign = foreign_.find(regions, fits_, depth);
     add_discs(scene);
     add_contacts(scene, regions);
     tracker_.update(scene);
+    watch_camera(rgb, scene);
     return scene;
   }
 
+  Scene refuse(const ColorFrame& color, const std::string& why) {
+    Scene scene;
+    scene.seq = ++scenes_;
+    scene.frame_seq = color.seq;
+    scene.exposed = color.exposed;
+    return refused(scene, {SceneQuality::kBadImage, why});
+  }
+
   const CameraModel& camera() const noexcept { return view_.camera; }
+  const CameraCheck& camera_check() const noexcept { return watch_.last(); }
 
  private:
+  // Beside its period, whenever things come to rest: that is what somebody decides on. (A camera that is knocked sets all discs moving.)
+  void watch_camera(const cv::Mat3b& rgb, Scene& scene) {
+    constexpr double kMoving = 0.01, kSlow = 0.05;  // m/s
+    const bool came_to_rest = std::exchange(last_speed_, scene.max_speed) >= kMoving && scene.max_speed < kSlow;
+    const auto& alarm = watch_.on_frame(rgb, scene.exposed, came_to_rest);
+    if (!alarm) return;
+    // Places that come from a wrong pose look right and are not: better none.
+    scene.quality = SceneQuality::kMisplaced;
+    scene.text = *alarm;
+    scene.discs.clear();
+    scene.contacts.clear();
+    scene.foreign.clear();
+    scene.at_rest = false;
+    scene.max_speed = std::numeric_limits<double>::infinity();
+  }
+
+  // What a bad frame makes of a scene.
+  Scene refused(Scene scene, const ImageFault& fault) {
+    scene.quality = fault.quality;
+    scene.text = fault.text;
+    scene.max_speed = std::numeric_limits<double>::infinity();
+    tracker_.interrupt();
+    return scene;
+  }
+
   // Twice: the second time each disc knows its neighbours' fits, not guesses, and which guesses were no discs at all.
   void fit_discs(const cv::Mat3b& rgb, const DepthFrame* depth, const std::vector<Region>& regions) {
     guesses_ = guesser_.guess(regions);
     for (int round = 0; round < 2; ++round) {
       fits_.clear();
       for (std::size_t i = 0; i < guesses_.size(); ++i) {
-        if (const auto fit = fitter_.fit(rgb, depth, guesses_[i], guesses_, i)) fits_.push_back(*fit);
+        if (const auto fit = fitter_.fit(rgb, depth, guesses_[i], guesses_, i, round > 0)) fits_.push_back(*fit);
       }
       drop_overlapping();
       guesses_.clear();
@@ -126,6 +181,15 @@ class Perceiver::Impl {
       fits_.erase(std::remove_if(later, fits_.end(), [&](const DiscFit& other) { return gap_between(fits_[i], other) < -kOverlap; }),
                   fits_.end());
     }
+  }
+
+  // What hides discs is known, and a good part of this outline is missing all the same: a round end of something else.
+  void drop_doubtful() {
+    constexpr double kMissing = 0.35;
+    std::erase_if(fits_, [](const DiscFit& fit) { return fit.missing_share > kMissing; });
+  }
+
+  void order_fits() {
     if (fits_.size() > kMaxSceneDiscs) fits_.resize(kMaxSceneDiscs);
     // By colour, then from left to right: an order that does not hang on how much of each disc was seen.
     std::sort(fits_.begin(), fits_.end(),
@@ -154,7 +218,10 @@ class Perceiver::Impl {
       contact.a = static_cast<std::uint16_t>(found.a);
       contact.b = static_cast<std::uint16_t>(found.b);
       contact.gap = gap_between(a, b);
-      contact.p_touch = touch_probability(contact.gap, std::sqrt(gap_variance(a, b, settings_.edge_common_sigma)), settings_.touch_gap);
+      contact.p_touch =
+          settings_.method == Method::kPaper
+              ? 1.0
+              : touch_probability(contact.gap, std::sqrt(gap_variance(a, b, settings_.edge_common_sigma)), settings_.touch_gap);
       contact.push_start_W = found.push_start_W;
       contact.push_direction_W = found.push_direction_W;
       contact.contour_length = found.contour_length;
@@ -165,13 +232,18 @@ class Perceiver::Impl {
   PerceptionSettings settings_;
   View view_;
   ArmMask arm_;
+  CameraWatch watch_;
   ImageCheck image_check_;
+  LightMeter meter_;
   Segmenter segmenter_;
   OutlineGuesser guesser_;
   DiscFitter fitter_;
   PaperContours contours_;
+  ForeignObjects foreign_;
   Tracker tracker_;
+  bool has_arm_;
   int min_area_px_ = 0;
+  double last_speed_ = 0.0;  // Scene::max_speed of the frame before
   std::uint64_t scenes_ = 0;
   std::vector<CircleGuess> guesses_;
   std::vector<DiscFit> fits_;
@@ -188,6 +260,8 @@ Perceiver& Perceiver::operator=(Perceiver&&) noexcept = default;
 Scene Perceiver::process(const ColorFrame& color, const DepthFrame* depth, std::span<const Pose> X_WL) {
   return impl_->process(color, depth, X_WL);
 }
+Scene Perceiver::refuse(const ColorFrame& color, const std::string& why) { return impl_->refuse(color, why); }
 const CameraModel& Perceiver::camera() const noexcept { return impl_->camera(); }
+const CameraCheck& Perceiver::camera_check() const noexcept { return impl_->camera_check(); }
 
 }  // namespace breakshot::perception

@@ -4,10 +4,12 @@
 #include "common/frames.hpp"
 #include "common/scene.hpp"
 #include "common/urdf/arm_description.hpp"
+#include "perception/camera_check.hpp"
 #include "perception/settings.hpp"
 
 #include <memory>
 #include <span>
+#include <string>
 
 namespace breakshot::perception {
 
@@ -36,7 +38,12 @@ class Perceiver {
   /// Cost: about 4 ms for 1280 x 720 pixels and six discs on one core.
   Scene process(const ColorFrame& color, const DepthFrame* depth = nullptr, std::span<const Pose> X_WL = {});
 
+  /// The scene of a frame that is not to be looked at for a reason from outside, such as its age.
+  Scene refuse(const ColorFrame& color, const std::string& why);
+
   const CameraModel& camera() const noexcept;
+  /// What the table's markers said of the camera's place when they were last looked at.
+  const CameraCheck& camera_check() const noexcept;
 
  private:
   class Impl;

@@ -9,6 +9,7 @@ namespace breakshot::perception {
 /// Everything that the process `breakshot-perception` reads from the configuration.
 struct PerceptionConfig {
   PerceptionSettings settings;
+  Duration stale_limit{};    ///< frames with older stamps are refused, in real time
   Duration depth_wait{};     ///< how long a colour frame waits for the depth frame of the same number
   Duration silence_limit{};  ///< without a frame for so long, the process reports itself degraded
 };

@@ -31,6 +31,8 @@ struct View {
   double wall_width(const Vector2& p_WD, double radius, const Vector2& n_W) const noexcept {
     return (1.0 - shrink_) * std::abs((p_WD - foot_).dot(n_W) + radius);
   }
+  /// Where on the table the camera stands.
+  const Vector2& foot() const noexcept { return foot_; }
   double rim_height(bool top_rim) const noexcept { return top_rim ? disc_height : 0.0; }
 
   /// Where the ray that meets the table in p_base passes the plane of the top faces, and the other way round.

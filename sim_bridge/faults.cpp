@@ -13,6 +13,7 @@ const char* to_string(Fault fault) noexcept {
     case Fault::kStatesSilent: return "states_silent";
     case Fault::kStatesFrozen: return "states_frozen";
     case Fault::kBlock: return "block";
+    case Fault::kCameraMoved: return "camera_moved";
   }
   return "invalid";
 }
@@ -31,6 +32,10 @@ std::optional<std::string> Faults::set(std::uint8_t fault, double value) {
   if (kind == Fault::kCameraLate) {
     least = 0.0;
     most = 2.0;
+  }
+  if (kind == Fault::kCameraMoved) {
+    least = -0.1;
+    most = 0.1;
   }
   if (!(value >= least && value <= most)) {
     return std::string{to_string(kind)} + ": value " + std::to_string(value) + "; allowed: " + std::to_string(least) + " to " +

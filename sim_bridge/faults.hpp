@@ -20,6 +20,7 @@ enum class Fault : std::uint8_t {
       7,  ///< no joint states (value is not used). In lockstep mode the world then goes on at wall speed without waiting for commands
   kStatesFrozen = 8,  ///< the last joint state again and again (value is not used); lockstep as with kStatesSilent
   kBlock = 9,  ///< an upright post stands on the table: SimControl::discs has one entry that says where and how big (value is not used)
+  kCameraMoved = 10,  ///< somebody has knocked the camera: it stands value aside, along x of W, -0.1 to 0.1 m
 };
 
 /// "camera_dark", ...; "invalid" for a number that is no fault.
@@ -38,7 +39,7 @@ class Faults {
   bool states_broken() const noexcept { return has(Fault::kStatesSilent) || has(Fault::kStatesFrozen); }
 
  private:
-  static constexpr std::size_t kFaults = 10;
+  static constexpr std::size_t kFaults = 11;
   std::array<std::optional<double>, kFaults> values_;
 };
 

@@ -3,6 +3,8 @@
 #include "common/config/config_node.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 
 namespace breakshot {
 namespace {
@@ -42,10 +44,7 @@ double flattest_ray(const CameraModel& camera) {
   return flattest;
 }
 
-}  // namespace
-
-CameraModel load_camera(const std::filesystem::path& file) {
-  const ConfigDocument document = ConfigDocument::load(file);
+CameraModel read_camera(const ConfigDocument& document) {
   const ConfigNode node = document.section("camera");
   CameraModel camera;
   camera.width = static_cast<int>(node.integer("width", 64, 4096));
@@ -74,6 +73,36 @@ CameraModel load_camera(const std::filesystem::path& file) {
     }
   }
   return camera;
+}
+
+std::string list(int decimals, const double* values, int count) {
+  std::string text = "[";
+  for (int i = 0; i < count; ++i) {
+    char number[40];
+    std::snprintf(number, sizeof number, "%.*f", decimals, values[i]);
+    text += (i == 0 ? "" : ", ") + std::string{number};
+  }
+  return text + "]";
+}
+
+}  // namespace
+
+CameraModel load_camera(const std::filesystem::path& file) { return read_camera(ConfigDocument::load(file)); }
+CameraModel parse_camera(std::string_view text, const std::filesystem::path& name) {
+  return read_camera(ConfigDocument::parse(text, name));
+}
+
+std::string camera_text(const CameraModel& camera, const std::string& note) {
+  const Vector3 p = camera.X_WC.translation(), forward = camera.X_WC.linear().col(2), right = camera.X_WC.linear().col(0);
+  char head[400];
+  std::snprintf(head, sizeof head,
+                "camera:\n  width: %d                     # px\n  height: %d\n  fx: %.6f                # px\n  fy: %.6f\n  cx: %.6f       "
+                "         # px; pixel "
+                "centres are at whole numbers\n  cy: %.6f\n",
+                camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy);
+  return "# " + note + "\n\n" + head + "  distortion: " + list(9, camera.distortion.data(), 5) +
+         "  # Brown-Conrady k1 k2 p1 p2 k3, as OpenCV has them\n" + "  p_WC: " + list(9, p.data(), 3) + "  # m\n" +
+         "  looks_along_W: " + list(12, forward.data(), 3) + "\n" + "  image_x_along_W: " + list(12, right.data(), 3) + "\n";
 }
 
 }  // namespace breakshot

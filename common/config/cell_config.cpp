@@ -115,12 +115,47 @@ CellArm read_arm(const ConfigNode& cell) {
   return arm;
 }
 
+TableMarkers read_markers(const ConfigNode& cell) {
+  const ConfigNode node = cell.child("table_markers");
+  std::vector<std::string> names;
+  for (const auto& each : kMarkerDictionaries) names.emplace_back(each.name);
+  const std::string name = node.choice("dictionary", names);
+  const auto& family = *std::find_if(kMarkerDictionaries.begin(), kMarkerDictionaries.end(), [&](const auto& d) { return d.name == name; });
+  TableMarkers markers;
+  markers.dictionary = family.dictionary;
+  markers.side = node.number("side", {0.01, 0.5}, "m");
+  for (const ConfigNode& item : node.items("at")) {
+    TableMarker marker;
+    marker.id = static_cast<int>(item.integer("id", 0, family.markers - 1));
+    marker.p_WM = item.vector2("p_WM", {-2.0, 2.0});
+    marker.yaw = kDegree * item.number("yaw_deg", {-180.0, 180.0}, "deg");
+    for (const TableMarker& other : markers.at) {
+      if (other.id == marker.id) item.refuse("id", std::to_string(marker.id) + " a second time", "each marker once");
+      // Whichever way they are turned.
+      if ((other.p_WM - marker.p_WM).norm() < std::numbers::sqrt2 * markers.side)
+        item.refuse("p_WM", "a marker over marker " + std::to_string(other.id), "markers 1.42 sides apart");
+    }
+    markers.at.push_back(marker);
+  }
+  if (markers.at.size() > kMaxTableMarkers) {
+    node.refuse("at", std::to_string(markers.at.size()) + " markers", "at most " + std::to_string(kMaxTableMarkers));
+  }
+  return markers;
+}
+
 /// What no single key can tell.
 void check(const ConfigNode& node, const CellConfig& cell) {
   const Vector2 half_table = 0.5 * cell.table_size;
   const Rect table{-half_table, half_table};
   if (!table.contains(cell.workspace.min) || !table.contains(cell.workspace.max)) {
     node.refuse("workspace", "a workspace that reaches over the table's edge", "a workspace inside `table_size`, which is centred on W");
+  }
+  for (const TableMarker& marker : cell.table_markers.at) {
+    for (const Vector2& corner : corners_of(marker, cell.table_markers.side)) {
+      if (table.contains(corner) && !cell.workspace.contains(corner)) continue;
+      node.refuse("table_markers", "marker " + std::to_string(marker.id) + " over the table's edge, or where discs lie",
+                  "markers on the table outside the workspace");
+    }
   }
   if (cell.disc_radius_min > cell.disc_radius_max) node.refuse("disc_radius", "an empty range", "the smallest radius first");
   if (cell.tip_height >= cell.disc_height) {
@@ -156,6 +191,7 @@ CellConfig load_cell_config(const ConfigDocument& document) {
   cell.colours = read_colours(node);
   cell.dds = read_domains(node);
   cell.arm = read_arm(node);
+  cell.table_markers = read_markers(node);
   cell.camera_file = node.file("camera");
   cell.formation_folder = node.folder("formations");
   node.finish();

@@ -3,6 +3,7 @@
 #include "common/config/config_node.hpp"
 #include "common/geometry.hpp"
 #include "common/joints.hpp"
+#include "common/table_markers.hpp"
 
 #include <array>
 #include <cstdint>
@@ -70,6 +71,7 @@ struct CellConfig {
   std::vector<Colour> colours;
   DdsDomains dds;
   CellArm arm;
+  TableMarkers table_markers;
   std::filesystem::path camera_file;       ///< see common/config/camera_file.hpp
   std::filesystem::path formation_folder;  ///< see common/config/formation.hpp
 };

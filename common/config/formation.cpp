@@ -119,13 +119,10 @@ class SpecReader {
   std::vector<std::string> known_;
 };
 
-}  // namespace
-
-Formation load_formation_file(const std::filesystem::path& file, const CellConfig& cell) {
-  const ConfigDocument document = ConfigDocument::load(file);
+Formation read_formation(const ConfigDocument& document, const std::string& name, const CellConfig& cell) {
   const ConfigNode node = document.section("formation");
   Formation formation;
-  formation.name = file.stem().string();
+  formation.name = name;
   formation.description = node.text("description");
   const std::vector<ConfigNode> items = node.items("discs");
   check_count(items.size(), [&](const std::string& found, const std::string& allowed) { node.refuse("discs", found, allowed); });
@@ -143,6 +140,16 @@ Formation load_formation_file(const std::filesystem::path& file, const CellConfi
     items[disc].refuse(key, found, allowed);
   });
   return formation;
+}
+
+}  // namespace
+
+Formation load_formation_file(const std::filesystem::path& file, const CellConfig& cell) {
+  return read_formation(ConfigDocument::load(file), file.stem().string(), cell);
+}
+
+Formation parse_formation(std::string_view text, const std::filesystem::path& name, const CellConfig& cell) {
+  return read_formation(ConfigDocument::parse(text, name), name.stem().string(), cell);
 }
 
 Formation load_formation(std::string_view spec, const CellConfig& cell) {

@@ -41,6 +41,8 @@ struct RandomCluster {
 /// Reads a formation from a file and checks it: see check_formation().
 /// @throws ConfigError with file, line and the indices of the discs
 Formation load_formation_file(const std::filesystem::path& file, const CellConfig& cell);
+/// As load_formation_file(), from a text; `name` stands for the file in errors.
+Formation parse_formation(std::string_view text, const std::filesystem::path& name, const CellConfig& cell);
 
 /// The formation that a spec asks for.
 ///

@@ -11,6 +11,7 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
+#include <chrono>
 #include <stdexcept>
 #include <thread>
 
@@ -129,7 +130,7 @@ void ReaderBase::enable() { reader_->enable(); }
 
 void ReaderBase::disable() noexcept {
   closed_ = true;
-  while (pending_ != 0) std::this_thread::yield();
+  while (pending_ != 0) std::this_thread::sleep_for(std::chrono::microseconds{100});
 }
 
 // DDS announces data from several threads, some of them holding the reader's own lock, so a lock here could deadlock against it. Instead the first

@@ -11,6 +11,8 @@ void Topic<Scene>::encode(const Scene& value, Wire& wire) {
   wire.seq(value.seq);
   wire.frame_seq(value.frame_seq);
   wire.exposed_ns(to_ns(value.exposed));
+  wire.age_ns(value.age.count());
+  wire.at_rest(value.at_rest ? 1 : 0);
   wire.quality(static_cast<std::uint8_t>(value.quality));
   // Infinity ("a disc came or went") travels as a negative speed, so that NaN and infinity stay errors on the wire.
   wire.max_speed(std::isfinite(value.max_speed) ? value.max_speed : -1.0);
@@ -41,6 +43,16 @@ void Topic<Scene>::encode(const Scene& value, Wire& wire) {
     to.push_start({contact.push_start_W.x(), contact.push_start_W.y()});
     to.push_direction({contact.push_direction_W.x(), contact.push_direction_W.y()});
     to.contour_length(contact.contour_length);
+  }
+  const auto foreign = std::min(value.foreign.size(), kMaxSceneForeign);
+  wire.foreign().resize(foreign);
+  for (std::size_t i = 0; i < foreign; ++i) {
+    const auto& object = value.foreign[i];
+    auto& to = wire.foreign()[i];
+    to.kind(static_cast<std::uint8_t>(object.kind));
+    to.p_w({object.p_W.x(), object.p_W.y()});
+    to.extent(object.extent);
+    to.height(object.height);
   }
 }
 
@@ -85,24 +97,37 @@ SceneContact decode_contact(Door& door, const breakshot_msgs::msg::SceneContact&
   return {wire.a(), wire.b(), wire.gap(), wire.p_touch(), point(wire.push_start()), point(wire.push_direction()), wire.contour_length()};
 }
 
+ForeignObject decode_foreign(Door& door, const breakshot_msgs::msg::SceneForeign& wire) {
+  door.enumerated("foreign[].kind", wire.kind(), static_cast<unsigned>(ForeignObject::Kind::kOffTable));
+  check_point(door, "foreign[].p_w", wire.p_w());
+  door.within("foreign[].extent", wire.extent(), 0.0, kFarthest);
+  door.within("foreign[].height", wire.height(), -kFarthest, kFarthest);
+  return {static_cast<ForeignObject::Kind>(wire.kind()), point(wire.p_w()), wire.extent(), wire.height()};
+}
+
 }  // namespace
 
 Result<Scene, Invalid> Topic<Scene>::decode(const Wire& wire) {
   Door door;
-  door.enumerated("quality", wire.quality(), static_cast<unsigned>(SceneQuality::kBadImage));
+  door.enumerated("quality", wire.quality(), static_cast<unsigned>(SceneQuality::kMisplaced));
+  door.enumerated("at_rest", wire.at_rest(), 1);
   door.within("max_speed", wire.max_speed(), -1.0, kFastestDisc);
   door.at_most("discs", wire.discs().size(), kMaxSceneDiscs);
   door.at_most("contacts", wire.contacts().size(), kMaxSceneContacts);
+  door.at_most("foreign", wire.foreign().size(), kMaxSceneForeign);
   if (!door.good()) return door.why();
   Scene value;
   value.seq = wire.seq();
   value.frame_seq = wire.frame_seq();
   value.exposed = time_from_ns(wire.exposed_ns());
+  value.age = Duration{wire.age_ns()};
+  value.at_rest = wire.at_rest() != 0;
   value.quality = static_cast<SceneQuality>(wire.quality());
   value.max_speed = wire.max_speed() < 0.0 ? std::numeric_limits<double>::infinity() : wire.max_speed();
   value.text = wire.text().to_string();
   for (const auto& disc : wire.discs()) value.discs.push_back(decode_disc(door, disc));
   for (const auto& contact : wire.contacts()) value.contacts.push_back(decode_contact(door, contact, wire.discs().size()));
+  for (const auto& object : wire.foreign()) value.foreign.push_back(decode_foreign(door, object));
   if (!door.good()) return door.why();
   return value;
 }

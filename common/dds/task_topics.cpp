@@ -101,7 +101,7 @@ void Topic<TaskStatus>::encode(const TaskStatus& value, Wire& wire) {
 Result<TaskStatus, Invalid> Topic<TaskStatus>::decode(const Wire& wire) {
   Door door;
   door.enumerated("phase", wire.phase(), static_cast<unsigned>(TaskPhase::kRecovered));
-  door.enumerated("failure", wire.failure(), static_cast<unsigned>(TaskFailure::kBadRequest));
+  door.enumerated("failure", wire.failure(), static_cast<unsigned>(TaskFailure::kForeignObject));
   TaskStatus value;
   value.smallest_gap = get_gap(door, wire.smallest_gap());
   if (!door.good()) return door.why();

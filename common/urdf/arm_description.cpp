@@ -280,8 +280,12 @@ class ArmBuilder {
 }  // namespace
 
 ArmDescription load_arm(const std::filesystem::path& urdf, const std::string& base_link, const std::string& tip_link) {
-  const std::string text = read_file(urdf);
-  const UrdfLines lines{text, urdf.string()};
+  return parse_arm(read_file(urdf), urdf, base_link, tip_link);
+}
+
+ArmDescription parse_arm(const std::string& text, const std::filesystem::path& name, const std::string& base_link,
+                         const std::string& tip_link) {
+  const UrdfLines lines{text, name.string()};
   return ArmBuilder{*parse(text, lines), lines}.build(base_link, tip_link);
 }
 

@@ -60,5 +60,8 @@ class ArmDescriptionError : public std::runtime_error {
 /// effort above zero; every moving link needs a mass above zero and a positive definite inertia.
 /// @throws ArmDescriptionError for all that is missing, malformed or not supported
 ArmDescription load_arm(const std::filesystem::path& urdf, const std::string& base_link, const std::string& tip_link);
+/// As load_arm(), from a text; `name` stands for the file in errors.
+ArmDescription parse_arm(const std::string& text, const std::filesystem::path& name, const std::string& base_link,
+                         const std::string& tip_link);
 
 }  // namespace breakshot

@@ -304,6 +304,8 @@ void Controller::run() {
 
   // All other threads exist by now, so none of them inherits what the loop's thread gets.
   if (config_.lock_memory && !lockstep_mode) warn_of(rt::lock_memory(config_.realtime));
+  const rt::WakeLatencyLimit awake{lockstep_mode ? std::nullopt : config_.realtime.wake_latency_us};
+  warn_of(awake.missing());
   const CommandSender sender{links_, lockstep_mode ? 0 : config_.io_priority,
                              [this](const JointCommand& command) { command_writer_.write(command); }};
   LoopThread loop{lockstep_mode ? LoopThread::Mode::kLockstep : LoopThread::Mode::kRealTime, loop_, links_, config_.loop.period,

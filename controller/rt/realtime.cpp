@@ -1,5 +1,6 @@
 #include "controller/rt/realtime.hpp"
 
+#include <fcntl.h>
 #include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstdlib>
 #include <memory>
 #include <system_error>
@@ -102,6 +104,23 @@ std::vector<MissingGuarantee> make_thread_realtime(const RealtimeSettings& setti
   const std::size_t stack = stack_size_of_this_thread();
   if (stack > kReserve) touch_stack(std::min(settings.stack_bytes, stack - kReserve));
   return missing;
+}
+
+WakeLatencyLimit::WakeLatencyLimit(std::optional<int> limit_us) {
+  if (!limit_us) return;
+  // The request holds for as long as the file is open (Documentation/power/pm_qos_interface.rst).
+  file_ = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
+  const std::int32_t limit = *limit_us;
+  if (file_ >= 0 && write(file_, &limit, sizeof limit) == sizeof limit) return;
+  missing_.push_back(
+      {failed("/dev/cpu_dma_latency at " + std::to_string(limit) + " us", errno),
+       "cores sleep as deeply as they like, and the loop wakes later by what that costs: microseconds to tens of them",
+       "let this user write the device (`chgrp breakshot /dev/cpu_dma_latency && chmod g+w /dev/cpu_dma_latency`; the systemd unit "
+       "does), or set controller.realtime.wake_latency_us to -1"});
+}
+
+WakeLatencyLimit::~WakeLatencyLimit() {
+  if (file_ >= 0) close(file_);
 }
 
 }  // namespace breakshot::rt

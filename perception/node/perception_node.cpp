@@ -7,6 +7,7 @@
 #include "common/urdf/cell_arm.hpp"
 #include "controller/kinematics/arm_kinematics.hpp"
 #include "perception/camera_match.hpp"
+#include "perception/image_check.hpp"
 #include "perception/joint_history.hpp"
 #include "perception/node/frame_intake.hpp"
 #include "perception/perceiver.hpp"
@@ -20,6 +21,7 @@
 #include <array>
 #include <atomic>
 #include <mutex>
+#include <numbers>
 #include <span>
 #include <string>
 #include <vector>
@@ -27,6 +29,7 @@
 namespace breakshot::perception {
 namespace {
 
+constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr Duration kLongestNap = std::chrono::milliseconds{20};
 
 /// What the health thread tells of the frames: written by the one thread, read by the other.
@@ -37,20 +40,23 @@ class FrameFigures {
     double hz = 0.0, p99_us = 0.0, max_us = 0.0;  // over the last frames that the buffer holds
     double age_ms = 0.0;                          // from exposure to the scene of the newest frame
     SceneQuality quality = SceneQuality::kOk;
-    std::string text;
+    std::string text, foreign;
     std::size_t discs = 0;
+    CameraCheck camera;
     Time arrived{};
   };
 
   explicit FrameFigures(Time started) { summary_.arrived = started; }
 
-  void add(const Scene& scene, Time arrived, Duration compute, double age_ms) {
+  void add(const Scene& scene, const CameraCheck& camera, Time arrived, Duration compute, double age_ms) {
     const std::lock_guard lock{mutex_};
     entries_[summary_.frames % entries_.size()] = {arrived, 1e6 * to_seconds(compute)};
     ++summary_.frames;
     summary_.quality = scene.quality;
     summary_.text = scene.text;
+    summary_.foreign = scene.foreign.empty() ? std::string{} : describe(scene.foreign.front());
     summary_.discs = scene.discs.size();
+    summary_.camera = camera;
     summary_.age_ms = age_ms;
     summary_.arrived = arrived;
   }
@@ -122,19 +128,30 @@ class PerceptionNode {
   void handle(const FramePair& frames) {
     const Time start = process::monotonic_now();
     process_.clock().observe(frames.color.exposed);
-    const Scene scene = perceiver_.process(frames.color, frames.has_depth ? &frames.depth : nullptr, links_at(frames.color.exposed));
-    scenes_.write(scene);
-    const Time end = process::monotonic_now();
     // In lockstep mode stamps are not of the monotonic clock, and the age of a frame is no time that anybody waited.
     const bool real_time = process_.cell().mode == CellMode::kRealTime;
-    figures_.add(scene, end, end - start, real_time ? 1e3 * to_seconds(end - frames.color.exposed) : 0.0);
-    if (scene.quality != quality_) {
-      quality_ = scene.quality;
-      if (quality_ == SceneQuality::kOk) {
-        spdlog::info("code=image quality=ok frame={}", scene.frame_seq);
-      } else {
-        spdlog::warn("code=image quality=\"{}\" text=\"{}\"", to_string(quality_), scene.text);
-      }
+    const auto too_old = real_time ? stale(frames.color, start, config_.stale_limit) : std::nullopt;
+    Scene scene = too_old ? perceiver_.refuse(frames.color, *too_old)
+                          : perceiver_.process(frames.color, frames.has_depth ? &frames.depth : nullptr, links_at(frames.color.exposed));
+    if (real_time) scene.age = process::monotonic_now() - frames.color.exposed;
+    scenes_.write(scene);
+    const Time end = process::monotonic_now();
+    figures_.add(scene, perceiver_.camera_check(), end, end - start, 1e3 * to_seconds(scene.age));
+    if (scene.quality != quality_) tell_change(scene);
+  }
+
+  void tell_change(const Scene& scene) {
+    const CameraCheck& camera = perceiver_.camera_check();
+    const bool was_misplaced = std::exchange(quality_, scene.quality) == SceneQuality::kMisplaced;
+    if (quality_ == SceneQuality::kMisplaced) {
+      spdlog::error("code=camera_moved shift_mm={:.2f} moved_mm={:.2f} turned_deg={:.3f} markers={}/{} {}", 1e3 * camera.shift,
+                    1e3 * camera.moved, kDegrees * camera.turned, camera.seen, camera.expected, scene.text);
+    } else if (quality_ != SceneQuality::kOk) {
+      spdlog::warn("code=image quality=\"{}\" text=\"{}\"", to_string(quality_), scene.text);
+    } else if (was_misplaced) {
+      spdlog::info("code=camera_back shift_mm={:.2f} markers={}/{}", 1e3 * camera.shift, camera.seen, camera.expected);
+    } else {
+      spdlog::info("code=image quality=ok frame={}", scene.frame_seq);
     }
   }
 
@@ -147,6 +164,11 @@ class PerceptionNode {
     X_WL_.resize(static_cast<std::size_t>(kinematics_.joints()));
     (void)kinematics_.links_in_world(*q, X_WL_);
     return X_WL_;
+  }
+
+  static std::string in_place(const CameraCheck& camera) {
+    if (camera.verdict != CameraCheck::Verdict::kInPlace) return {};
+    return fmt::format("; the camera is in place to {:.2f} mm ({} markers)", 1e3 * camera.shift, camera.seen);
   }
 
   bool report(Health& h) {
@@ -163,14 +185,16 @@ class PerceptionNode {
       h.text = fmt::format("no camera frames on cell/color for {:.0f} s", silence);
     } else if (s.quality != SceneQuality::kOk) {
       h.text = fmt::format("{} image: {}", to_string(s.quality), s.text).substr(0, 255);
+    } else if (!s.foreign.empty()) {
+      h.text = fmt::format("foreign on the table: {}", s.foreign).substr(0, 255);
     } else if (s.frames > 0 && !verified_) {
       h.text = "the camera's calibration is not confirmed: nothing on cell/camera_info yet";
     } else {
       h.state = HealthState::kReady;
-      h.text = s.frames == 0
-                   ? "waits for the first frame on cell/color"
-                   : fmt::format("sees {} discs; {:.1f} ms a frame at the most, scenes {:.0f} ms after exposure{}", s.discs,
-                                 1e-3 * s.max_us, s.age_ms, arm_known_ ? "" : "; no joint states: the arm is known by depth only");
+      h.text = s.frames == 0 ? "waits for the first frame on cell/color"
+                             : fmt::format("sees {} discs; {:.1f} ms a frame at the most, scenes {:.0f} ms after exposure{}{}", s.discs,
+                                           1e-3 * s.max_us, s.age_ms, in_place(s.camera),
+                                           arm_known_ ? "" : "; no joint states: the arm is known by depth only");
     }
     const std::uint64_t cycles = cycles_;
     return std::exchange(reported_cycles_, cycles) != cycles;

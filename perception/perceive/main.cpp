@@ -2,17 +2,19 @@
 
 #include "common/config/camera_file.hpp"
 #include "perception/annotate.hpp"
+#include "perception/image_file.hpp"
 #include "perception/perceiver.hpp"
 #include "perception/perception_config.hpp"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core/utility.hpp>
 
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -21,38 +23,27 @@ namespace breakshot::perception {
 namespace {
 
 struct Options {
-  std::string image, depth, camera, config = "config/cell.yaml", json, annotated;
+  std::string method, image, depth, camera, config = "config/cell.yaml", json, annotated;
   std::vector<std::string> overrides;
 };
 
-ColorFrame read_color(const std::string& file) {
-  const cv::Mat bgr = cv::imread(file, cv::IMREAD_UNCHANGED);
-  if (bgr.empty()) throw std::runtime_error(file + ": found no image that OpenCV can read; allowed are PNG, JPEG and the like");
-  if (bgr.type() != CV_8UC3) {
-    throw std::runtime_error(file + ": found " + std::to_string(bgr.channels()) + " channels of " + std::to_string(8 * bgr.elemSize1()) +
-                             " bits; allowed: 3 channels of 8 bits");
-  }
-  cv::Mat rgb;
-  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
-  return {1, Time{}, rgb.cols, rgb.rows, {rgb.datastart, rgb.dataend}};
-}
-
-// 16-bit grey, in 0.1 mm.
-DepthFrame read_depth(const std::string& file) {
-  const cv::Mat depth = cv::imread(file, cv::IMREAD_UNCHANGED);
-  if (depth.empty() || depth.type() != CV_16UC1)
-    throw std::runtime_error(file + ": found no 16-bit grey image; the depth is such a one, in 0.1 mm");
-  return {1, Time{}, depth.cols, depth.rows, {depth.begin<std::uint16_t>(), depth.end<std::uint16_t>()}};
-}
-
-void write_image(const std::string& file, ColorFrame& image) {
-  const cv::Mat rgb(image.height, image.width, CV_8UC3, image.rgb.data());
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  if (!cv::imwrite(file, bgr)) throw std::runtime_error(file + ": cannot be written");
-}
-
 nlohmann::json to_json(const Vector2& v) { return {v.x(), v.y()}; }
+
+// Every pair nearer than `nearer_than`, with how sure the gap is.
+nlohmann::json gaps_of(const Scene& scene, double nearer_than, double touch_gap) {
+  nlohmann::json out = nlohmann::json::array();
+  for (std::size_t a = 0; a < scene.discs.size(); ++a) {
+    for (std::size_t b = a + 1; b < scene.discs.size(); ++b) {
+      const SceneGap gap = gap_between(scene.discs[a], scene.discs[b]);
+      if (gap.mean >= nearer_than) continue;
+      out.push_back({{"between_ids", {scene.discs[a].id, scene.discs[b].id}},
+                     {"gap_m", gap.mean},
+                     {"sigma_m", gap.sigma},
+                     {"p_touch", 0.5 * std::erfc((gap.mean - touch_gap) / (std::numbers::sqrt2 * gap.sigma))}});
+    }
+  }
+  return out;
+}
 
 nlohmann::json to_json(const Scene& scene, const std::vector<ColourRange>& colours) {
   nlohmann::json out{{"quality", to_string(scene.quality)},
@@ -76,16 +67,33 @@ nlohmann::json to_json(const Scene& scene, const std::vector<ColourRange>& colou
                                {"push_direction_W", to_json(contact.push_direction_W)},
                                {"contour_length_m", contact.contour_length}});
   }
+  out["foreign"] = nlohmann::json::array();
+  for (const ForeignObject& object : scene.foreign) {
+    out["foreign"].push_back({{"what", to_string(object.kind)},
+                              {"p_W_m", to_json(object.p_W)},
+                              {"extent_m", object.extent},
+                              {"height_m", object.height == 0.0 ? nlohmann::json() : nlohmann::json(object.height)}});
+  }
   const double gap = smallest_gap(scene);
   out["smallest_gap_m"] = std::isfinite(gap) ? nlohmann::json(gap) : nlohmann::json();
   return out;
+}
+
+nlohmann::json to_json(const CameraCheck& check) {
+  return {{"verdict", to_string(check.verdict)},
+          {"markers_expected", check.expected},
+          {"markers_seen", check.seen},
+          {"shift_m", check.shift},
+          {"moved_m", check.moved},
+          {"turned_rad", check.turned}};
 }
 
 int run(const Options& options) {
   cv::setNumThreads(1);
   const ConfigDocument document = load_cell_document(options.config, options.overrides);
   const CellConfig cell = load_cell_config(document);
-  const PerceptionConfig config = load_perception_config(document, cell);
+  PerceptionConfig config = load_perception_config(document, cell);
+  if (!options.method.empty()) config.settings.method = options.method == "paper" ? Method::kPaper : Method::kRobust;
   const CameraModel camera = load_camera(options.camera.empty() ? cell.camera_file : std::filesystem::path{options.camera});
 
   ColorFrame color = read_color(options.image);
@@ -94,7 +102,10 @@ int run(const Options& options) {
   Perceiver perceiver{config.settings, camera};
   const Scene scene = perceiver.process(color, options.depth.empty() ? nullptr : &depth);
 
-  const std::string text = to_json(scene, config.settings.colours).dump(2);
+  nlohmann::json found = to_json(scene, config.settings.colours);
+  found["gaps"] = gaps_of(scene, 2.0 * cell.target_gap, config.settings.touch_gap);
+  found["camera"] = to_json(perceiver.camera_check());
+  const std::string text = found.dump(2);
   if (options.json.empty()) {
     std::cout << text << '\n';
   } else {
@@ -106,14 +117,18 @@ int run(const Options& options) {
     std::cerr << "breakshot-perceive: " << options.image << ": " << to_string(scene.quality) << ": " << scene.text << '\n';
     return 1;
   }
+  // Of one picture the watch makes no alarm yet; of a file there is no second one.
+  if (const CameraCheck& check = perceiver.camera_check(); check.verdict == CameraCheck::Verdict::kMoved) {
+    std::cerr << "breakshot-perceive: " << options.image << ": misplaced: " << describe(check, config.settings.watch.max_shift) << '\n';
+    return 1;
+  }
   if (!options.annotated.empty()) {
     Annotation annotation;
     annotation.workspace = cell.workspace;
     annotation.disc_height = cell.disc_height;
     annotation.striker_radius = cell.striker_radius;
     annotation.target_gap = cell.target_gap;
-    ColorFrame drawn = annotate(color, scene, camera, annotation);
-    write_image(options.annotated, drawn);
+    write_color(options.annotated, annotate(color, scene, camera, annotation));
   }
   return 0;
 }
@@ -127,6 +142,7 @@ int main(int argc, char** argv) {
   app.add_option("--image", options.image, "PNG or JPEG from the camera")->required()->check(CLI::ExistingFile);
   app.add_option("--depth", options.depth, "16-bit PNG in 0.1 mm, registered to the image")->check(CLI::ExistingFile);
   app.add_option("--camera", options.camera, "calibration (default: the cell's)")->check(CLI::ExistingFile);
+  app.add_option("--method", options.method, "robust or paper (default: the configuration's)")->check(CLI::IsMember({"robust", "paper"}));
   app.add_option("--config", options.config, "cell configuration")->capture_default_str()->check(CLI::ExistingFile);
   app.add_option("--set", options.overrides, "section.key=value: override the configuration");
   app.add_option("--json", options.json, "write the scene here instead of printing it");

@@ -6,16 +6,26 @@ void SceneWatch::start(Time now) noexcept {
   started_ = last_exposed_ = now;
   unusable_ = Duration::zero();
   at_rest_ = 0;
+  foreign_ = false;
   trouble_.clear();
 }
 
 SceneWatch::Verdict SceneWatch::on_scene(const Scene& scene) noexcept {
   if (scene.exposed <= last_exposed_) return Verdict::kIgnored;
   last_exposed_ = scene.exposed;
+  foreign_ = false;
   if (scene.quality != SceneQuality::kOk) {
     at_rest_ = 0;
     trouble_ = std::string{"the camera image is "} + to_string(scene.quality) + (scene.text.empty() ? "" : ": " + scene.text);
     return Verdict::kUnusable;
+  }
+  if (!scene.foreign.empty()) {
+    // Not forgiven by a single clear scene either: the count of scenes at rest starts anew.
+    at_rest_ = 0;
+    foreign_ = true;
+    trouble_ = "held: " + describe(scene.foreign.front());
+    if (scene.foreign.size() > 1) trouble_ += ", and " + std::to_string(scene.foreign.size() - 1) + " more";
+    return Verdict::kForeign;
   }
   unusable_ = Duration::zero();
   trouble_.clear();

@@ -15,6 +15,7 @@ class SceneWatch {
   enum class Verdict : std::uint8_t {
     kIgnored,   ///< exposed too early, or seen before
     kUnusable,  ///< quality is not kOk
+    kForeign,   ///< something is there that is neither disc nor arm
     kMoving,    ///< a disc moves
     kAtRest,    ///< at rest, but not yet for as many scenes as it takes
     kSettled,
@@ -32,6 +33,8 @@ class SceneWatch {
   bool silent() const noexcept { return unusable_ > settings_.scene_silence; }
   /// Usable scenes come, but for settings.settle_limit none was settled.
   bool restless(Time now) const noexcept { return at_rest_ == 0 && now - started_ > settings_.settle_limit; }
+  /// The newest scene showed a foreign object.
+  bool foreign() const noexcept { return foreign_; }
   /// What is wrong with the newest scene, for people; empty when none came.
   const std::string& trouble() const noexcept { return trouble_; }
 
@@ -41,6 +44,7 @@ class SceneWatch {
   Duration unusable_{};  // since start(), or the last usable scene
   Time last_exposed_{};
   int at_rest_ = 0;
+  bool foreign_ = false;
   std::string trouble_;
 };
 

@@ -180,6 +180,10 @@ void TaskRunner::look(Time now) {
 
 void TaskRunner::on_scene(const Scene& scene, Time now) {
   advance(now);
+  if (status_.phase == TaskPhase::kDeciding && !scene.foreign.empty() && !link_.active() && !ending_) {
+    ++ticket_;  // what is being decided on is not what is there any more
+    look(now);
+  }
   const bool looking = status_.phase == TaskPhase::kLooking || status_.phase == TaskPhase::kSettling;
   if (!looking || link_.active() || ending_) return;
   switch (watch_.on_scene(scene)) {
@@ -187,6 +191,9 @@ void TaskRunner::on_scene(const Scene& scene, Time now) {
       if (status_.phase == TaskPhase::kSettling) set_phase(TaskPhase::kLooking, "looking at the table");
       break;
     case SceneWatch::Verdict::kSettled: judge(scene, now); break;
+    case SceneWatch::Verdict::kForeign:
+      if (status_.text != watch_.trouble()) set_phase(status_.phase, watch_.trouble());
+      break;
     case SceneWatch::Verdict::kIgnored:
     case SceneWatch::Verdict::kUnusable:
     case SceneWatch::Verdict::kMoving: break;
@@ -267,9 +274,10 @@ void TaskRunner::on_tick(Time now, Duration real) {
   if (!looking || link_.active()) return;
   watch_.wait(passed);
   if (watch_.silent()) {
-    fail(TaskFailure::kNoScene, watch_.trouble().empty() ? "no scene comes from perception" : watch_.trouble(), now);
+    fail(watch_.foreign() ? TaskFailure::kForeignObject : TaskFailure::kNoScene,
+         watch_.trouble().empty() ? "no scene comes from perception" : watch_.trouble(), now);
   } else if (watch_.restless(now)) {
-    fail(TaskFailure::kNoScene, "the discs do not come to rest", now);
+    fail(TaskFailure::kNoScene, watch_.trouble().empty() ? "the discs do not come to rest" : watch_.trouble(), now);
   }
 }
 

@@ -3,6 +3,7 @@
 #include "sim_bridge/camera/changing_light.hpp"
 #include "sim_bridge/camera/depth_flaws.hpp"
 #include "sim_bridge/camera/headless_context.hpp"
+#include "sim_bridge/camera/marker_mesh.hpp"
 #include "sim_bridge/camera/mesh.hpp"
 #include "sim_bridge/camera/motion.hpp"
 #include "sim_bridge/camera/projector.hpp"
@@ -47,12 +48,18 @@ Solid make_floor(const Vector2& size) {
   return make_solid(slab);
 }
 
+CameraModel moved(CameraModel model, const CameraMove& move) {
+  model.X_WC.translation() += move.by_W;
+  if (const double angle = move.turn_C.norm(); angle > 0.0) model.X_WC.rotate(Eigen::AngleAxisd{angle, move.turn_C / angle});
+  return model;
+}
+
 }  // namespace
 
 class Camera::Implementation {
  public:
   Implementation(const CameraModel& model, const CameraSettings& settings, const ArmDescription& arm, const Pose& X_WB)
-      : projector_{model},
+      : projector_{moved(model, settings.move)},
         settings_{settings},
         light_{settings.light},
         sensor_{settings.noise, settings.seed, settings.depth_min, settings.depth_max},
@@ -159,6 +166,7 @@ class Camera::Implementation {
     scene_.clear();
     scene_.table.add(make_floor({6.0, 6.0}), X_WFloor, table.floor_rgb, projector_, scene_.solid_tiles);
     scene_.table.add(make_solid(slab, piece_for(projector_)), X_WSlab, table.rgb, projector_, scene_.solid_tiles);
+    for (const MarkerPrint& marker : table.markers) add_marker(marker, projector_, scene_.table, scene_.solid_tiles);
     scene_.solid_tiles.mark_all();
     rasteriser_.draw(scene_, IdealImage{model().width, model().height}, image_);
 

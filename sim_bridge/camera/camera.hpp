@@ -49,6 +49,7 @@ class Camera {
   /// Changes light and white balance from the next frame on. @throws CameraError when out of range
   void set_exposure(const Exposure& exposure);
 
+  /// Where the camera truly is: as calibrated, and then moved.
   const CameraModel& model() const;
 
  private:

@@ -1,5 +1,7 @@
 #include "sim_bridge/camera/camera_config.hpp"
 
+#include "sim_bridge/camera/marker_print.hpp"
+
 #include <limits>
 #include <numbers>
 #include <string_view>
@@ -115,6 +117,12 @@ CameraSettings load_camera_settings(const ConfigNode& node, const CellConfig& ce
   CameraSettings camera;
   read_picture(node, PictureKeys::kAll, camera);
   camera.table.size = cell.table_size;
+
+  camera.table.markers = marker_prints(cell.table_markers);
+
+  camera.move.by_W = 1e-3 * node.vector3("moved_mm", {-100.0, 100.0}, "mm");
+  camera.move.turn_C = kDegree * node.vector3("moved_deg", {-10.0, 10.0}, "deg");
+
   camera.palette.clear();
   for (const Colour& colour : cell.colours) camera.palette.push_back(paint(colour.rgb[0], colour.rgb[1], colour.rgb[2]));
   return camera;

@@ -73,6 +73,15 @@ struct DepthFlawSettings {
   double bleed = 0.0;   ///< a rim reaches up to so far over what lies behind it, px
 };
 
+/// A marker printed on the table: squares of black and white.
+struct MarkerPrint {
+  Vector2 p_WM{0.0, 0.0};   ///< its middle, m
+  double yaw = 0.0;         ///< from x of W to the right of the print, rad
+  double square = 0.0;      ///< side of one square, m
+  int squares = 0;          ///< per side of the print, the white margin included
+  std::vector<bool> white;  ///< squares x squares, row by row from the top left
+};
+
 /// A rectangular table top around the origin of W, its upper face in z = 0, and the floor below it.
 struct TableSettings {
   Vector2 size{1.4, 1.2};           ///< m
@@ -81,6 +90,7 @@ struct TableSettings {
   double texture = 0.5;             ///< 0: one plain colour; 1: clearly speckled (about 3 % of contrast)
   Rgb rgb{0.76F, 0.75F, 0.72F};
   Rgb floor_rgb{0.36F, 0.37F, 0.38F};
+  std::vector<MarkerPrint> markers;
 };
 
 /// What the light and the sensor's electronics do to the whole image. 1, 1, 1, 1 is the reference.
@@ -103,7 +113,14 @@ struct NoiseSettings {
   double depth_baseline = 0.050;  ///< m
 };
 
+/// How the camera stands otherwise than its calibration says.
+struct CameraMove {
+  Vector3 by_W{Vector3::Zero()};    ///< m
+  Vector3 turn_C{Vector3::Zero()};  ///< rotation vector, rad
+};
+
 struct CameraSettings {
+  CameraMove move;
   LightSettings light;
   TableSettings table;
   Exposure exposure;

@@ -22,6 +22,8 @@ CameraFeed::CameraFeed(Mode mode, const CameraModel& model, const CameraSettings
     : mode_{mode},
       settings_{settings},
       model_{model},
+      arm_{arm},
+      X_WB_{X_WB},
       camera_{model, settings, arm, X_WB},
       publish_{std::move(publish)},
       brightness_{settings.exposure.brightness} {
@@ -146,6 +148,14 @@ void CameraFeed::render(const Shot& shot, Frame& frame) {
     frame.color.rgb = before->color.rgb;
     frame.depth.depth = before->depth.depth;
     return;
+  }
+  if (shot.moved != moved_) {
+    // Everything that was drawn once is drawn from elsewhere: half a second, which for a moment costs frames in real-time mode.
+    CameraSettings settings = settings_;
+    settings.move.by_W.x() += shot.moved;
+    camera_ = Camera{model_, settings, arm_, X_WB_};
+    moved_ = shot.moved;
+    brightness_ = settings_.exposure.brightness;
   }
   if (shot.brightness != brightness_) {
     Exposure light = settings_.exposure;

@@ -22,6 +22,7 @@ struct Shot {
   std::uint64_t seq = 0;
   Time due{};
   double brightness = 1.0;  ///< of the light
+  double moved = 0.0;       ///< how far the camera stands aside of where it was built in, along x of W, m
   bool frozen = false;      ///< deliver the last picture again, under this one's number and stamp
 };
 
@@ -68,9 +69,12 @@ class CameraFeed {
   Mode mode_;
   CameraSettings settings_;
   CameraModel model_;
+  ArmDescription arm_;
+  Pose X_WB_;
   Camera camera_;
   Publish publish_;
   double brightness_;
+  double moved_ = 0.0;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

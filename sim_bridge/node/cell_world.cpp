@@ -83,6 +83,7 @@ std::optional<Shot> CellWorld::shot() {
   shot.seq = ++frame_seq_;
   shot.due = delay_.due(now, from_seconds(faults_.get(Fault::kCameraLate).value_or(0.0)));
   shot.brightness = config_.camera.exposure.brightness * faults_.get(Fault::kCameraDark).value_or(1.0);
+  shot.moved = faults_.get(Fault::kCameraMoved).value_or(0.0);
   shot.frozen = faults_.has(Fault::kCameraFrozen);
   return shot;
 }

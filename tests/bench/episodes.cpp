@@ -20,19 +20,18 @@ WorldSpread protocol_spread() {
   return spread;
 }
 
-EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec, const WorldSpread& spread) {
-  const auto& settings = cell.settings();
-  // Drawn from the seed and the formation's number alone, never from the strategy: strategies meet the same worlds.
+EpisodeDraw draw_episode(const support::InProcessSettings& settings, const EpisodeSpec& spec, const WorldSpread& spread) {
   SplitMix64 random{spec.seed * 1'000'003U + static_cast<std::uint64_t>(spec.index)};
   RandomCluster cluster = spread.random;
   cluster.seed = random.next();
-  Formation formation = spec.formation == "random" ? random_cluster(cluster, settings.cell) : load_formation(spec.formation, settings.cell);
-  jitter(formation, random, spread.gap_jitter);
-  support::EpisodeWorld world;
+  EpisodeDraw draw;
+  draw.formation = spec.formation == "random" ? random_cluster(cluster, settings.cell) : load_formation(spec.formation, settings.cell);
+  jitter(draw.formation, random, spread.gap_jitter);
+  support::EpisodeWorld& world = draw.world;
   world.physics = settings.sim.physics;
   world.physics.friction *= 1.0 + random.uniform(-spread.friction, spread.friction);
   world.physics.friction_spread = spread.friction_map;
-  world.physics.friction_seed = random.next();
+  world.physics.friction_seed = random.next() >> 1U;  // what a configuration can say
   world.physics.restitution = std::clamp(world.physics.restitution + random.uniform(-spread.restitution, spread.restitution), 0.0, 1.0);
   const auto period = std::chrono::milliseconds{1};
   const Duration late = settings.camera_latency + from_seconds(random.uniform(-1.0, 1.0) * to_seconds(spread.latency));
@@ -40,22 +39,33 @@ EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec,
   world.stroke_speed_spread = spread.stroke_speed;
   world.aim_spread = spread.aim;
   world.seed = random.next() >> 32U;
+  return draw;
+}
+
+bool succeeded(const TaskStatus& task, int truly_lost, double true_gap, double asked_gap) noexcept {
+  return task.phase == TaskPhase::kSingulated && truly_lost == 0 && true_gap >= asked_gap - kGapTolerance;
+}
+
+EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec, const WorldSpread& spread, const OrderLimits& limits) {
+  const auto& settings = cell.settings();
+  const EpisodeDraw draw = draw_episode(settings, spec, spread);
+  TaskRequest request = cell.default_request();
+  request.max_hits = limits.hits;
+  request.max_pushes = limits.pushes;
 
   EpisodeRecord record;
   record.spec = spec;
-  record.result = cell.run(formation, cell.default_request(), spec.strategy, world);
-  const auto& result = record.result;
-  record.success =
-      result.task.phase == TaskPhase::kSingulated && result.truly_lost == 0 && result.true_gap >= settings.cell.target_gap - kGapTolerance;
-  record.friction = world.physics.friction;
-  record.restitution = world.physics.restitution;
-  record.min_gap = settings.cell.target_gap;
-  record.time_s = record.success ? to_seconds(result.duration) : kFailureTime;
+  record.result = cell.run(draw.formation, request, spec.strategy, draw.world);
+  record.success = succeeded(record.result.task, record.result.truly_lost, record.result.true_gap, request.min_gap);
+  record.friction = draw.world.physics.friction;
+  record.restitution = draw.world.physics.restitution;
+  record.min_gap = request.min_gap;
+  record.time_s = record.success ? to_seconds(record.result.duration) : kFailureTime;
   return record;
 }
 
 std::vector<EpisodeRecord> run_episodes(const support::InProcessSettings& settings, const std::vector<EpisodeSpec>& specs,
-                                        const WorldSpread& spread, int jobs,
+                                        const WorldSpread& spread, const OrderLimits& limits, int jobs,
                                         const std::function<void(std::size_t done, const EpisodeRecord&)>& progress) {
   std::vector<EpisodeRecord> records(specs.size());
   std::atomic<std::size_t> next{0};
@@ -66,7 +76,7 @@ std::vector<EpisodeRecord> run_episodes(const support::InProcessSettings& settin
     try {
       support::InProcessCell cell{settings};
       for (std::size_t i = next++; i < specs.size(); i = next++) {
-        records[i] = run_episode(cell, specs[i], spread);
+        records[i] = run_episode(cell, specs[i], spread, limits);
         const std::lock_guard lock{mutex};
         progress(++done, records[i]);
       }

@@ -21,9 +21,9 @@ struct EpisodeSpec {
 struct EpisodeRecord {
   EpisodeSpec spec;
   support::EpisodeResult result;
-  bool success = false;  ///< the order ended as singulated, and by truth no disc is lost and no gap is short by more than kGapTolerance
-  double time_s = 0.0;   ///< of the cell clock; kFailureTime for a failure
-  double min_gap = 0.0;  ///< that the order asked for, m
+  bool success = false;                      ///< see succeeded()
+  double time_s = 0.0;                       ///< of the cell clock; kFailureTime for a failure
+  double min_gap = 0.0;                      ///< that the order asked for, m
   double friction = 0.0, restitution = 0.0;  ///< the world's, which the planner may have learnt
 };
 
@@ -47,13 +47,30 @@ struct WorldSpread {
 /// The whole of singulation.md's protocol.
 WorldSpread protocol_spread();
 
+/// What an episode finds: the discs on the table and the truth about them.
+struct EpisodeDraw {
+  Formation formation;
+  support::EpisodeWorld world;
+};
+
+/// Follows from seed, formation and index alone, never from the strategy: strategies meet the same worlds. @throws ConfigError
+EpisodeDraw draw_episode(const support::InProcessSettings& settings, const EpisodeSpec& spec, const WorldSpread& spread);
+
+/// Whether an order ended as it should have: singulated by the planner's word, and by truth with no disc lost and no gap short by more than kGapTolerance.
+bool succeeded(const TaskStatus& task, int truly_lost, double true_gap, double asked_gap) noexcept;
+
+/// What an order allows: 0 hits shows what pushes alone are worth.
+struct OrderLimits {
+  std::uint32_t hits = 8, pushes = 24;
+};
+
 /// Runs one episode; everything in it follows from the spec. @throws what the cell throws
-EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec, const WorldSpread& spread);
+EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec, const WorldSpread& spread, const OrderLimits& limits = {});
 
 /// Runs all of them on `jobs` threads, each with a cell of its own. Results come in the order of the specs, whatever the number of jobs.
 /// @param progress  called after each episode, from one thread at a time
 std::vector<EpisodeRecord> run_episodes(const support::InProcessSettings& settings, const std::vector<EpisodeSpec>& specs,
-                                        const WorldSpread& spread, int jobs,
+                                        const WorldSpread& spread, const OrderLimits& limits, int jobs,
                                         const std::function<void(std::size_t done, const EpisodeRecord&)>& progress);
 
 }  // namespace breakshot::bench

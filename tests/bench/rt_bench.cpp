@@ -171,6 +171,7 @@ class Bench {
       metrics_[fmt::format("{}.wakeup_{}_ratio", when, share.metric)] = found.ratio(share.p);
     }
     fmt::print("   overruns: {} ours, {} the host's\n", found.overruns.ours, found.overruns.hosts);
+    if (found.turns_not_ready > 0) fmt::print("{}: in {} turns the loop stood in a stop at the end\n", when, found.turns_not_ready);
     metrics_[when + ".wakeup_max_us"] = us(found.loop.max());
     metrics_[when + ".cyclictest_max_us"] = found.yardstick.max_us();
     metrics_[when + ".overruns_hosts"] = found.overruns.hosts;

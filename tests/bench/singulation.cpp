@@ -106,7 +106,7 @@ std::vector<EpisodeRecord> play(const SingulationArguments& arguments, const sup
                  terminal && done != specs.size() ? "" : "\n");
     }
   };
-  return run_episodes(settings, specs, spread, arguments.jobs, progress);
+  return run_episodes(settings, specs, spread, arguments.limits, arguments.jobs, progress);
 }
 
 nlohmann::json bins_of(const Calibration& calibration) {
@@ -168,6 +168,7 @@ int run(const SingulationArguments& arguments) {
   if (arguments.physics == "compliant") settings.sim.physics.contact_time = kContactTime;
   set_world(arguments.world, settings, spread);
   settings.sight = arguments.camera == "rendered" ? support::Sight::kRendered : support::Sight::kNoiseModel;
+  if (arguments.camera == "perfect") settings.perception_errors = {.centre_sigma = 0.0, .radius_sigma = 0.0};
   auto formations = arguments.formations;
   if (formations.empty()) {
     formations = formation_names(settings.cell);
@@ -204,9 +205,17 @@ int run(const SingulationArguments& arguments) {
       kFailureTime, 1e3 * to_seconds(settings.think_charge), 1e3 * to_seconds(settings.robust_think_charge), arguments.camera,
       arguments.physics);
 
-  const nlohmann::json args{{"n", arguments.n},           {"seed", arguments.seed},       {"strategies", arguments.strategies},
-                            {"formations", formations},   {"discs", arguments.discs},     {"world", arguments.world},
-                            {"camera", arguments.camera}, {"physics", arguments.physics}, {"set", arguments.overrides}};
+  const nlohmann::json args{{"n", arguments.n},
+                            {"seed", arguments.seed},
+                            {"strategies", arguments.strategies},
+                            {"formations", formations},
+                            {"discs", arguments.discs},
+                            {"world", arguments.world},
+                            {"camera", arguments.camera},
+                            {"physics", arguments.physics},
+                            {"set", arguments.overrides},
+                            {"max_hits", arguments.limits.hits},
+                            {"max_pushes", arguments.limits.pushes}};
   if (!arguments.json_file.empty()) write_file(arguments.json_file, report(arguments.bench, args, metrics).dump(2) + "\n");
   if (!arguments.csv_file.empty()) write_file(arguments.csv_file, episodes_csv(records));
   if (!arguments.strokes_file.empty()) write_file(arguments.strokes_file, strokes_csv(records));
@@ -229,9 +238,13 @@ int run_singulation(SingulationArguments arguments, const std::string& what, int
   app.add_option("--physics", arguments.physics, "ode: impacts are instants; compliant: springs with dampers")
       ->check(CLI::IsMember({"ode", "compliant"}))
       ->capture_default_str();
-  app.add_option("--camera", arguments.camera, "rendered, or noise-model: scenes drawn from the truth by perception's measured errors")
-      ->check(CLI::IsMember({"rendered", "noise-model"}))
+  app.add_option("--camera", arguments.camera,
+                 "rendered; noise-model: scenes drawn from the truth by perception's measured errors; perfect: the truth itself, "
+                 "to see what errors of perception cost")
+      ->check(CLI::IsMember({"rendered", "noise-model", "perfect"}))
       ->capture_default_str();
+  app.add_option("--max-hits", arguments.limits.hits, "Hits that an order allows; 0: pushes only")->capture_default_str();
+  app.add_option("--max-pushes", arguments.limits.pushes, "Pushes that an order allows; 0: hits only")->capture_default_str();
   app.add_option("--jobs", arguments.jobs, "Threads, each with a cell of its own")->check(CLI::Range(1, 64))->capture_default_str();
   app.add_option("--json", arguments.json_file, "Write the metrics to this file");
   app.add_option("--csv", arguments.csv_file, "Write every episode to this file");

@@ -21,6 +21,7 @@ struct SingulationArguments {
   int discs = 6;
   std::string physics = "ode";
   std::string camera = "rendered";
+  OrderLimits limits;
   int jobs = 2;
   std::string json_file;
   std::string csv_file;

@@ -41,6 +41,7 @@ const std::vector<Rule>& folder_rules() {
       {"controller/flight", {"common/", "controller/loop", "controller/rt", "controller/safety", "controller/motion"}},
       {"controller", {"common", "controller"}},
       {"perception", {"common", "perception"}},
+      {"perception/calibrate", {"common", "perception", "controller/kinematics"}},
       {"perception/node", {"common", "perception", "controller/kinematics"}},
       {"planner/world", {"common/"}},
       {"planner/strategy", {"common/", "planner/world"}},

@@ -128,6 +128,53 @@ TEST(Perceiver, KeepsTouchingDiscsApartAlsoOfOneColour) {
   expect_small(errors, 2.0);
 }
 
+// Clusters in which every disc touches another one, of one colour and of many.
+TEST(Perceiver, CountsAndMeasuresUpToFiftyTouchingDiscs) {
+  const CameraModel camera = test_camera();
+  Perceiver perceiver{test_settings(), camera};
+  std::uint32_t seq = 0;
+  for (const bool one_colour : {false, true}) {
+    Errors errors;
+    for (const int n : {2, 3, 5, 8, 12, 20, 35, 50}) {
+      SyntheticScene truth;
+      const double largest = n <= 8 ? 0.058 : n <= 20 ? 0.035 : 0.022;
+      truth.discs = touching_discs(seq + 900, n, kSeen.grown(-0.03), 0.016, largest, one_colour ? 1 : 8);
+      const auto frames = render(truth, camera, ++seq);
+      SCOPED_TRACE(std::to_string(n) + (one_colour ? " of one colour" : " of eight colours"));
+      expect_all_found(perceiver.process(frames.color, &frames.depth), truth, errors);
+    }
+    EXPECT_GT(errors.count(), 100);
+    EXPECT_LT(errors.centre_rms(), 60e-6);
+    EXPECT_LT(errors.centre_max, 0.5e-3);
+    EXPECT_LT(errors.radius_max, 0.5e-3);
+    EXPECT_LT(errors.nees(), 4.0);  // 2 expected
+  }
+}
+
+// Those inside have neighbours all around: of their outlines only the ends of the holes between three discs show.
+TEST(Perceiver, FindsDiscsInsideAPackOfOneColour) {
+  const CameraModel camera = test_camera();
+  Perceiver perceiver{test_settings(), camera};
+  Errors errors;
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    SyntheticScene truth;
+    const double radius = 0.022 + 0.002 * i;
+    const Vector2 middle{0.02 * i - 0.05, 0.03 - 0.015 * i};
+    for (int row = -2; row <= 2; ++row) {
+      const int columns = 5 - std::abs(row);
+      for (int k = 0; k < columns; ++k) {
+        const Vector2 place{(2.0 * k - (columns - 1)) * radius, row * std::sqrt(3.0) * radius};
+        truth.discs.push_back({middle + Eigen::Rotation2Dd{0.2 * i} * place, radius, 5});
+      }
+    }
+    const auto frames = render(truth, camera, i + 1);
+    expect_all_found(perceiver.process(frames.color, &frames.depth), truth, errors);
+  }
+  EXPECT_LT(errors.centre_rms(), 100e-6);
+  EXPECT_LT(errors.centre_max, 0.5e-3);
+  EXPECT_LT(errors.nees(), 4.0);
+}
+
 TEST(Perceiver, SeesNothingOnAnEmptyTableNorInTheArm) {
   const CameraModel camera = test_camera();
   Perceiver perceiver{test_settings(), camera};

@@ -22,6 +22,7 @@
 #include <random>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace breakshot::perception {
@@ -121,6 +122,7 @@ TEST_F(Rendered, EveryFormationIsSeenAsItLies) {
     const auto picture = take(discs, parked);
     const Scene scene = eyes.process(picture.color, &picture.depth, parked);
     ASSERT_EQ(scene.discs.size(), discs.size()) << name;
+    EXPECT_TRUE(scene.foreign.empty()) << name << ": " << describe(scene.foreign.front());
     std::size_t touching = 0;
     for (const auto& disc : scene.discs) {
       const DiscState& truth = truth_of(disc, discs);
@@ -149,6 +151,7 @@ TEST_F(Rendered, TheArmHidesDiscsButBendsNone) {
   };
   std::array<Tally, kKnowledges> tallies;
   std::array<Perceiver, kKnowledges> eyes{perceiver(), perceiver(), perceiver()};  // each takes a picture seen before for a frozen camera
+  Perceiver eyes_of_both = perceiver();
   int in_sight = 0, out_of_sight = 0;
   for (int i = 0; i < 40; ++i) {
     const auto discs = spread(8);
@@ -158,6 +161,9 @@ TEST_F(Rendered, TheArmHidesDiscsButBendsNone) {
     for (const auto& disc : discs) ++(in_view(disc, picture) ? in_sight : out_of_sight);
     for (int known = kJoints; known < kKnowledges; ++known) {
       Tally& tally = tallies[static_cast<std::size_t>(known)];
+      // Not asked of kJoints alone: with depth there are heights to misread, too.
+      const auto scene_with_both = known == kNothing ? eyes_of_both.process(picture.color, &picture.depth, *X_WL) : Scene{};
+      EXPECT_TRUE(scene_with_both.foreign.empty()) << describe(scene_with_both.foreign.front());
       const Scene scene =
           eyes[static_cast<std::size_t>(known)].process(picture.color, known == kDepth ? &picture.depth : nullptr,
                                                         known == kJoints ? std::span<const Pose>{*X_WL} : std::span<const Pose>{});
@@ -243,17 +249,25 @@ TEST_F(Rendered, DiscsThatTheBorderCutsAreMeasuredWithLargerCovariance) {
   EXPECT_GT(least_sigma, 1.1 * whole_sigma);
 }
 
-TEST_F(Rendered, HalfAndTwiceTheLightChangeNothing) {
+// From a third of the light to twice, from 2700 K to 10000 K: the table says what light it is.
+TEST_F(Rendered, LightOfAnyStrengthAndColourChangesNothing) {
   const auto parked = links(studio_->cell.arm.park);
-  for (const double brightness : {0.5, 2.0}) {
+  using Lamp = std::array<double, 3>;
+  const std::pair<double, Lamp> lights[] = {{0.3, {1.0, 1.0, 1.0}},      {2.0, {1.0, 1.0, 1.0}},   {1.0, {1.0, 0.405, 0.094}},
+                                            {0.3, {1.0, 0.405, 0.094}},  {2.0, {1.0, 0.405, 0.094}}, {1.0, {1.0, 0.626, 0.389}},
+                                            {0.5, {0.72, 0.80, 1.0}}};
+  for (const auto& [brightness, lamp] : lights) {
     sim_bridge::Exposure exposure;
     exposure.brightness = brightness;
+    exposure.white_balance = lamp;
     studio_->renderer.set_exposure(exposure);
+    SCOPED_TRACE(std::to_string(brightness) + " of the light, blue " + std::to_string(lamp[2]));
     std::vector<DiscState> discs;
     for (std::uint8_t k = 0; k < 8; ++k) discs.push_back(support::disc_at(-0.24 + 0.068 * k, 0.2 * std::sin(2.0 * k), k));
     const auto picture = take(discs, parked);
     const Scene scene = perceiver().process(picture.color, &picture.depth, parked);
-    EXPECT_EQ(scene.discs.size(), discs.size()) << brightness;
+    EXPECT_EQ(scene.discs.size(), discs.size());
+    EXPECT_TRUE(scene.foreign.empty());
     for (const auto& disc : scene.discs) {
       EXPECT_EQ(disc.colour, truth_of(disc, discs).colour);
       EXPECT_LT((disc.p_WD - truth_of(disc, discs).p_WD).norm(), 0.2e-3);

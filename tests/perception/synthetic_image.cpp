@@ -1,5 +1,7 @@
 #include "tests/perception/synthetic_image.hpp"
 
+#include "perception/hsv.hpp"
+
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -23,21 +25,38 @@ const std::array<Rgb, 8> kColours{Rgb{0.45, 0.02, 0.02}, Rgb{0.45, 0.16, 0.01}, 
 const Rgb kTable{0.20, 0.20, 0.19};
 const Rgb kArm{0.35, 0.36, 0.37};
 
-// What a ray meets: 0 the table, 1 the arm, 2 + 2 i the top of disc i, 3 + 2 i its wall.
+// What a ray meets: 0 the table, 1 the arm, 2 + 2 i the top of disc i, 3 + 2 i its wall, -1 - i plate i.
 struct Hit {
   int surface = 0;
   double azimuth = 0.0;  // of a wall's normal
   double height = 0.0;
 };
 
+// Discs that do not lie on the table: the top face and, as a plate below it, the lower one.
+Hit trace_lifted(const SyntheticDisc& disc, int index, const CameraModel& camera, const Vector2& pixel) {
+  const auto on = [&](double z) { return (camera.point_on_plane(pixel, z) - disc.p_WD).norm() <= disc.radius; };
+  if (on(disc.lift + kDiscHeight)) return {2 + 2 * index, 0.0, disc.lift + kDiscHeight};
+  if (on(disc.lift)) return {3 + 2 * index, 0.0, disc.lift};
+  return {};
+}
+
 Hit trace(const SyntheticScene& scene, const CameraModel& camera, const Vector2& pixel) {
   if (scene.arm && scene.arm->contains(camera.point_on_plane(pixel, scene.arm_height))) return {1, 0.0, scene.arm_height};
+  for (std::size_t i = 0; i < scene.plates.size(); ++i) {
+    const SyntheticPlate& plate = scene.plates[i];
+    if (plate.area.contains(camera.point_on_plane(pixel, plate.height))) return {-1 - static_cast<int>(i), 0.0, plate.height};
+  }
+  for (std::size_t i = 0; i < scene.discs.size(); ++i) {
+    if (scene.discs[i].lift == 0.0) continue;
+    if (const Hit hit = trace_lifted(scene.discs[i], static_cast<int>(i), camera, pixel); hit.surface != 0) return hit;
+  }
   const Vector2 top = camera.point_on_plane(pixel, kDiscHeight);
   const Vector2 base = camera.point_on_plane(pixel, 0.0);
   const Vector2 way = base - top;
   Hit hit;
   double first = 2.0;
   for (std::size_t i = 0; i < scene.discs.size(); ++i) {
+    if (scene.discs[i].lift > 0.0) continue;
     const Vector2 from = top - scene.discs[i].p_WD;
     const double r = scene.discs[i].radius;
     if (from.norm() <= r) return {2 + 2 * static_cast<int>(i), 0.0, kDiscHeight};
@@ -68,17 +87,24 @@ cv::Mat1b near_something(const SyntheticScene& scene, const CameraModel& camera)
     const cv::Rect box = cv::boundingRect(corners) & cv::Rect{{0, 0}, near.size()};
     near(box) = 255;
   };
-  for (const auto& disc : scene.discs) add(Rect{disc.p_WD, disc.p_WD}.grown(disc.radius + 0.004), kDiscHeight);
+  for (const auto& disc : scene.discs) add(Rect{disc.p_WD, disc.p_WD}.grown(disc.radius + 0.004), disc.lift + kDiscHeight);
+  for (const auto& plate : scene.plates) add(plate.area.grown(0.004), plate.height);
   if (scene.arm) add(scene.arm->grown(0.004), scene.arm_height);
   return near;
 }
 
 Rgb light(const SyntheticScene& scene, const Hit& hit) {
   if (hit.surface == 0) return scene.brightness * kTable;
+  if (hit.surface < 0) return scene.brightness * scene.plates[static_cast<std::size_t>(-1 - hit.surface)].paint;
   if (hit.surface == 1) return scene.brightness * kArm;
   const Rgb& paint = kColours[scene.discs[static_cast<std::size_t>(hit.surface / 2 - 1)].colour];
   if (hit.surface % 2 == 0) return scene.brightness * paint;
   return scene.brightness * (0.55 + 0.25 * std::cos(hit.azimuth - scene.light_azimuth)) * paint;
+}
+
+double encoded_hue_deg(const Rgb& paint) {
+  const Rgb encoded = 255.0 * paint.array().pow(1.0 / kGamma);
+  return to_hsv(encoded.x(), encoded.y(), encoded.z()).hue_deg;
 }
 
 }  // namespace
@@ -105,7 +131,9 @@ PerceptionSettings test_settings() {
   settings.disc_height = kDiscHeight;
   settings.colours = {{"red", 345, 12},   {"orange", 15, 38}, {"yellow", 45, 70},   {"green", 100, 150},
                       {"cyan", 165, 200}, {"blue", 210, 245}, {"violet", 255, 290}, {"magenta", 305, 340}};
+  for (std::size_t i = 0; i < settings.colours.size(); ++i) settings.colours[i].paint_hue_deg = encoded_hue_deg(kColours[i]);
   settings.edge_gamma = kGamma;
+  for (std::size_t c = 0; c < 3; ++c) settings.table_rgb[c] = 255.0 * std::pow(kTable[static_cast<Eigen::Index>(c)], 1.0 / kGamma);
   return settings;
 }
 
@@ -169,9 +197,28 @@ std::vector<SyntheticDisc> random_discs(std::uint32_t seed, int n, const Rect& a
   while (static_cast<int>(discs.size()) < n) {
     const SyntheticDisc disc{{uniform(area.min.x(), area.max.x()), uniform(area.min.y(), area.max.y())},
                              uniform(radius_min, radius_max),
-                             static_cast<std::uint8_t>(discs.size() % kColours.size())};
+                             static_cast<std::uint8_t>(discs.size() % kColours.size()),
+                             0.0};
     const bool free = std::all_of(discs.begin(), discs.end(), [&](const SyntheticDisc& other) {
       return (disc.p_WD - other.p_WD).norm() >= disc.radius + other.radius + min_gap;
+    });
+    if (free) discs.push_back(disc);
+  }
+  return discs;
+}
+
+std::vector<SyntheticDisc> touching_discs(std::uint32_t seed, int n, const Rect& area, double radius_min, double radius_max, int colours) {
+  std::mt19937 random{seed};
+  const auto uniform = [&](double low, double high) { return low + (high - low) * (static_cast<double>(random()) / 4294967296.0); };
+  std::vector<SyntheticDisc> discs{{0.5 * (area.min + area.max), uniform(radius_min, radius_max), 0, 0.0}};
+  while (static_cast<int>(discs.size()) < n) {
+    const SyntheticDisc& host = discs[random() % discs.size()];
+    const double radius = uniform(radius_min, radius_max), bearing = uniform(0.0, 2.0 * CV_PI);
+    const SyntheticDisc disc{host.p_WD + (host.radius + radius) * Vector2{std::cos(bearing), std::sin(bearing)}, radius,
+                             static_cast<std::uint8_t>(discs.size() % static_cast<std::size_t>(colours)), 0.0};
+    if (!area.contains(disc.p_WD)) continue;
+    const bool free = std::all_of(discs.begin(), discs.end(), [&](const SyntheticDisc& other) {
+      return &other == &host || (disc.p_WD - other.p_WD).norm() >= disc.radius + other.radius;
     });
     if (free) discs.push_back(disc);
   }

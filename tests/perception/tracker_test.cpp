@@ -5,9 +5,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <map>
+#include <random>
+#include <utility>
+#include <vector>
 
 namespace breakshot::perception::test {
 namespace {
@@ -82,6 +87,36 @@ TEST_F(TrackerTest, GivesANewIdentityToWhatCannotBeTheOldDisc) {
   EXPECT_NE(recoloured.discs[0].id, far.discs[0].id);
 }
 
+// Places that err like those of discs at rest: rest is said after the second frame, and not of anything that slides at twice the limit.
+TEST_F(TrackerTest, SaysRestAsEarlyAsTheNoiseAllows) {
+  std::mt19937 random{3};
+  std::normal_distribution<double> noise{0.0, 8e-6};
+  const auto frame = [&](double t, double speed) {
+    std::vector<std::pair<Vector2, int>> discs;
+    for (int i = 0; i < 6; ++i) {
+      discs.push_back({{0.08 * i + noise(random) + (i == 0 ? speed * t : 0.0), noise(random)}, i});
+    }
+    return update(t, discs);
+  };
+  EXPECT_FALSE(frame(0.0, 0.0).at_rest);
+  int at_rest = 0;
+  for (int i = 1; i <= 60; ++i) at_rest += frame(i * kPeriod, 0.0).at_rest ? 1 : 0;
+  EXPECT_GE(at_rest, 57);
+  int wrong = 0;
+  for (int i = 61; i <= 160; ++i) wrong += frame(i * kPeriod, 2.0 * kRestSpeed).at_rest ? 1 : 0;
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST_F(TrackerTest, SaysNoRestWhileADiscIsNewOrGone) {
+  update(0.0, {{{0, 0}, 0}, {{0.1, 0}, 1}});
+  EXPECT_TRUE(update(kPeriod, {{{0, 0}, 0}, {{0.1, 0}, 1}}).at_rest);
+  EXPECT_FALSE(update(2 * kPeriod, {{{0, 0}, 0}}).at_rest);
+  EXPECT_TRUE(update(3 * kPeriod, {{{0, 0}, 0}}).at_rest);
+  EXPECT_FALSE(update(4 * kPeriod, {{{0, 0}, 0}, {{0.1, 0}, 1}}).at_rest);
+  tracker.interrupt();
+  EXPECT_FALSE(update(5 * kPeriod, {{{0, 0}, 0}, {{0.1, 0}, 1}}).at_rest);
+}
+
 TEST_F(TrackerTest, StartsVelocitiesAnewAfterAnInterruption) {
   update(0.0, {{{0, 0}, 0}});
   const auto before = update(kPeriod, {{{0, 0}, 0}});
@@ -110,6 +145,63 @@ TEST(Tracking, MeasuresSlidingAndRestingDiscsFromImages) {
       EXPECT_NEAR(disc.v_WD_W.y(), slides ? -0.3 : 0.0, 4e-3);
     }
   }
+}
+
+// Discs scatter as after a hit, with friction 0.25, and come to rest at known times.
+TEST(Tracking, KeepsIdentitiesThroughAHitAndSaysSoonThatAllRest) {
+  constexpr double kDeceleration = 0.25 * 9.81;  // m/s^2
+  const CameraModel camera = test_camera();
+  double worst_delay = 0.0, sum = 0.0;
+  constexpr int kHits = 5;
+  for (int hit = 0; hit < kHits; ++hit) {
+    Perceiver perceiver{test_settings(), camera};
+    struct Disc {
+      Vector2 p, v;
+    };
+    std::vector<Disc> discs;
+    double rest = 0.0;
+    for (int i = 0; i < 6; ++i) {
+      const double angle = 1.05 * i + 0.3 * hit;
+      const Vector2 out{std::cos(angle), std::sin(angle)};
+      const double speed = 0.35 + 0.08 * ((i * 5 + hit) % 7);
+      discs.push_back({0.062 * out, speed * out});
+      rest = std::max(rest, speed / kDeceleration);
+    }
+    std::map<std::uint32_t, std::size_t> who;
+    double said = -1.0;
+    const double start = 2.0 * kPeriod + 0.007 * hit;  // of the motion: two frames of the cluster first
+    for (int frame = 1; frame <= 30 && said < 0.0; ++frame) {
+      const double t = frame * kPeriod;
+      SyntheticScene truth;
+      for (const Disc& disc : discs) {
+        const double tau = std::clamp(t - kPeriod - start, 0.0, disc.v.norm() / kDeceleration);
+        const Vector2 direction = disc.v.normalized();
+        truth.discs.push_back({disc.p + (disc.v.norm() * tau - 0.5 * kDeceleration * tau * tau) * direction, 0.030, 2, 0.0});  // one colour
+      }
+      const auto frames = render(truth, camera, static_cast<std::uint64_t>(frame));
+      const Scene scene = perceiver.process(frames.color, &frames.depth);
+      ASSERT_EQ(scene.discs.size(), discs.size());
+      for (const auto& disc : scene.discs) {
+        const auto nearest = std::min_element(truth.discs.begin(), truth.discs.end(), [&](const auto& a, const auto& b) {
+          return (a.p_WD - disc.p_WD).norm() < (b.p_WD - disc.p_WD).norm();
+        });
+        const auto index = static_cast<std::size_t>(nearest - truth.discs.begin());
+        if (frame == 1) who[disc.id] = index;
+        ASSERT_EQ(who.at(disc.id), index) << "frame " << frame;
+      }
+      const double moving_for = t - kPeriod - start;
+      if (moving_for > 0.002 && moving_for < rest - kPeriod) {
+        EXPECT_FALSE(scene.at_rest) << "frame " << frame;
+      }
+      if (scene.at_rest && moving_for > rest - kPeriod) said = moving_for - rest;
+    }
+    ASSERT_GT(said, -kPeriod) << "rest was never said";
+    worst_delay = std::max(worst_delay, said);
+    sum += said;
+  }
+  std::printf("  rest is said by the frame exposed %.0f ms after the last disc stopped, %.0f ms at the latest\n", 1e3 * sum / kHits,
+              1e3 * worst_delay);
+  EXPECT_LT(worst_delay, 2.0 * kPeriod);  // two frames of rest are the least that shows it
 }
 
 }  // namespace

@@ -46,10 +46,11 @@ TEST(Pace, KeepsUpCatchesUpAndSlips) {
 
 TEST(Faults, AreCheckedAtTheDoor) {
   Faults faults;
-  EXPECT_THAT(faults.set(0, 0.0).value(), HasSubstr("allowed: 1 to 9"));
-  EXPECT_THAT(faults.set(10, 0.0).value(), HasSubstr("fault 10 is unknown"));
+  EXPECT_THAT(faults.set(0, 0.0).value(), HasSubstr("allowed: 1 to 10"));
+  EXPECT_THAT(faults.set(11, 0.0).value(), HasSubstr("fault 11 is unknown"));
   EXPECT_THAT(faults.set(1, 1.5).value(), HasSubstr("camera_dark: value 1.5"));
   EXPECT_TRUE(faults.set(4, -1.0));
+  EXPECT_THAT(faults.set(10, 0.2).value(), HasSubstr("camera_moved: value 0.2"));
   EXPECT_TRUE(faults.set(6, std::numeric_limits<double>::quiet_NaN()));
   EXPECT_FALSE(faults.set(1, 0.0));
   EXPECT_TRUE(faults.has(Fault::kCameraDark));

@@ -90,6 +90,27 @@ TEST_F(CameraFeedTest, DarkAndFrozenPicturesLookIt) {
   EXPECT_GT(brightness(frames[3]), 50.0);
 }
 
+TEST_F(CameraFeedTest, AMovedCameraSeesTheSameFromElsewhereAndComesBack) {
+  CameraFeed feed{CameraFeed::Mode::kLockstep, small_camera(), CameraSettings{}, ArmDescription{}, Pose::Identity(), collect()};
+  const Time t = time_from_ns(1'000'000'000);
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    Shot shot = shot_at(7, t + static_cast<std::int64_t>(i) * milliseconds{33}, 0.0);
+    shot.moved = i == 1 ? 0.05 : 0.0;
+    feed.expose(shot);
+  }
+  feed.pass(t + milliseconds{200});
+  ASSERT_EQ(frames.size(), 3U);
+  EXPECT_NE(frames[1].rgb, frames[0].rgb);
+  EXPECT_EQ(frames[2].rgb, frames[0].rgb);
+  // The disc is 7 px aside: 50 mm of 0.8 m at a focal length of 114 px.
+  const auto red_at = [&](const ColorFrame& frame, int x) {
+    return frame.rgb[static_cast<std::size_t>(3 * (44 * 160 + x))] - frame.rgb[static_cast<std::size_t>(3 * (44 * 160 + x) + 2)];
+  };
+  EXPECT_GT(red_at(frames[0], 83), 60);
+  EXPECT_LT(red_at(frames[1], 83), 60);
+  EXPECT_GT(red_at(frames[1], 83 - 7), 60);
+}
+
 TEST_F(CameraFeedTest, ABadSnapshotIsAFailureWithAReasonAndNothingHangs) {
   CameraFeed feed{CameraFeed::Mode::kLockstep, small_camera(), CameraSettings{}, ArmDescription{}, Pose::Identity(), collect()};
   Shot shot = shot_at(1, time_from_ns(1'000'000'000), 0.0);

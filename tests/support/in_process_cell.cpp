@@ -42,7 +42,7 @@ struct InProcessCell::Episode {
         loop{settings.loop, *channels},
         executor{stroke_planner, *channels},
         perceiver{settings.perception, settings.camera_model},
-        noise_model{settings.perception},
+        noise_model{settings.perception, settings.perception_errors},
         strategy{strategy::make_strategy(strategy_name, settings.strategy)},
         runner{task, strategy_name},
         estimate{settings.estimate, settings.strategy} {}

@@ -39,6 +39,7 @@ struct InProcessSettings {
   double disc_mass = 0.1;  ///< of a disc of disc_mass_radius; others by their area, kg
   double disc_mass_radius = 0.030;
   Sight sight = Sight::kRendered;
+  PerceptionErrors perception_errors;  ///< of Sight::kNoiseModel
   motion::MotionSettings motion;
   control::LoopConfig loop;
   perception::PerceptionSettings perception;

@@ -2,6 +2,7 @@
 
 #include "common/random.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace breakshot::support {
@@ -35,7 +36,7 @@ Scene NoiseModelCamera::look(const sim_bridge::WorldSnapshot& world, std::uint64
       contact.a = static_cast<std::uint16_t>(a);
       contact.b = static_cast<std::uint16_t>(b);
       contact.gap = gap;
-      const double sigma = std::sqrt(2.0) * std::hypot(errors_.centre_sigma, errors_.radius_sigma);
+      const double sigma = std::max(1e-9, std::sqrt(2.0) * std::hypot(errors_.centre_sigma, errors_.radius_sigma));
       contact.p_touch = 0.5 * std::erfc((gap - settings_.touch_gap) / (sigma * std::sqrt(2.0)));
       scene.contacts.push_back(contact);
     }

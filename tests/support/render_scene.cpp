@@ -1,15 +1,9 @@
 #include "tests/support/render_scene.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <numbers>
 
 namespace breakshot::support {
-namespace {
-
-constexpr std::uint64_t kMostStamped = 1'000'000;  // numbers of frames beyond it begin again: some are seeds, far too large for a time
-
-}  // namespace
 
 CameraModel cell_camera() {
   CameraModel camera;
@@ -45,7 +39,8 @@ SceneRenderer::SceneRenderer(const sim_bridge::CameraSettings& settings, const C
                              const Pose& X_WB)
     : camera_{camera, settings, arm, X_WB} {}
 
-RenderedScene SceneRenderer::take(std::span<const sim_bridge::DiscState> discs, std::uint64_t frame, std::span<const Pose> X_WL) {
+RenderedScene SceneRenderer::take(std::span<const sim_bridge::DiscState> discs, std::uint64_t frame, std::span<const Pose> X_WL,
+                                  Time stamp) {
   const CameraModel& model = camera_.model();
   RenderedScene scene;
   scene.camera = model;
@@ -54,7 +49,7 @@ RenderedScene SceneRenderer::take(std::span<const sim_bridge::DiscState> discs, 
   scene.color = {frame, {}, model.width, model.height, std::vector<std::uint8_t>(3 * pixels)};
   scene.depth = {frame, {}, model.width, model.height, std::vector<std::uint16_t>(pixels)};
   sim_bridge::WorldSnapshot snapshot;
-  snapshot.stamp = Time{std::chrono::milliseconds{33} * static_cast<std::int64_t>(frame % kMostStamped)};
+  snapshot.stamp = stamp;
   snapshot.discs = scene.truth;
   snapshot.X_WL.assign(X_WL.begin(), X_WL.end());
   camera_.render(snapshot, frame, scene.color.rgb, scene.depth.depth);

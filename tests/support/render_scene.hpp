@@ -35,15 +35,15 @@ struct RenderedScene {
 ///     support::SceneRenderer renderer;                                 // default palette: red, green, blue, yellow, purple, orange
 ///     const auto scene = renderer.take(support::rack_of_six({0, 0}));  // scene.color.rgb, scene.depth.depth, scene.truth
 ///
-/// Pictures of the same discs with different frame numbers differ in noise only, unless the light changes with time: frames are 33 ms apart. For no noise, other light or another palette pass
-/// settings; set_exposure() makes it dark or turns the white balance from the next picture on. The arm is not in these pictures unless
+/// Pictures of the same discs with different frame numbers differ in noise only. For no noise, other light or another palette pass
+/// settings; light that drifts follows `stamp`; set_exposure() makes it dark or turns the white balance from the next picture on. The arm is not in these pictures unless
 /// one is given; then take() needs the poses of its links.
 class SceneRenderer {
  public:
   explicit SceneRenderer(const sim_bridge::CameraSettings& settings = {}, const CameraModel& camera = cell_camera(),
                          const ArmDescription& arm = {}, const Pose& X_WB = Pose{Eigen::Translation3d{-0.5, 0.0, 0.0}});
 
-  RenderedScene take(std::span<const sim_bridge::DiscState> discs, std::uint64_t frame = 0, std::span<const Pose> X_WL = {});
+  RenderedScene take(std::span<const sim_bridge::DiscState> discs, std::uint64_t frame = 0, std::span<const Pose> X_WL = {}, Time stamp = {});
   void set_exposure(const sim_bridge::Exposure& exposure) { camera_.set_exposure(exposure); }
 
  private:

@@ -1,6 +1,6 @@
 # Sourced by ./breakshot: configuring and building.
 
-presets=(release debug asan tsan coverage)
+presets=(release debug asan tsan coverage fuzz)
 
 # So that a clone in another folder finds what this one compiled.
 export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1

@@ -13,8 +13,10 @@ breakshot: a robot cell that singulates discs by hitting and pushing them.
   order, stop           send an order to the running cell and follow it; cancel it
   recover               end a stop of the controller: until then no order is taken and nothing moves
   bench [NAME]          run a benchmark; without a name: list them
-  plot                  draw what a benchmark of strategies wrote
+  plot                  draw what a benchmark of strategies or of strokes wrote
   perceive, render      run perception on an image; render an image of a formation
+  calibrate             find where the camera is from pictures of a ChArUco board; print such a board
+  fuzz [NAME]           throw broken files and frames at the readers
   replay FILE           feed a flight record of the controller through its control loop again
   clean [--all]         remove the builds; with --all also what was fetched
 
@@ -132,6 +134,7 @@ Runs a benchmark: prints a table for people, and with --json writes one JSON obj
   strokes      planned strokes: accuracy, limits, time beside lower bounds
   paper        the paper's strategy and its baselines over whole episodes in the in-process cell
   singulation  strategies in pairs over worlds drawn by the whole protocol: statistics, every episode and stroke in a CSV
+  cell         the same episodes through the real processes in real time and through the in-process cell
   world        the planner's virtual world beside ODE and Box2D
   perception   finding discs in rendered pictures
   camera       what a rendered frame costs
@@ -139,14 +142,34 @@ Each says its options with: ./breakshot bench NAME -- --help
 TEXT
       ;;
     plot) cat <<'TEXT'
-./breakshot plot --episodes CSV [--strokes CSV] [--out FOLDER]
+./breakshot plot [--episodes CSV] [--strokes CSV] [--map JSON] [--out FOLDER]
 
 Draws what ./breakshot bench singulation (or paper) wrote with --csv and --strokes-csv: mean times beside the paper's, their distribution, strokes, and how
-well P(singulated) was predicted. Installs matplotlib into build/plots-venv the first time.
+well P(singulated) was predicted; and the map over the workspace of ./breakshot bench strokes --json. Installs matplotlib into build/plots-venv the first time.
 TEXT
       ;;
-    perceive | render)
+    fuzz) cat <<'TEXT'
+./breakshot fuzz [NAME...] [--minutes M]
+
+Runs fuzzers (libFuzzer with AddressSanitizer and UndefinedBehaviorSanitizer), each for M minutes (10) on one core at low priority. Ends with the first finding,
+whose input is kept in build/fuzz/found. Installs clang 14 for this the first time. docs/testing.md says more.
+  image_file      PNG and JPEG, as perceive and calibrate read them
+  frame           camera frames as perception takes them from the wire, to the scene
+  camera_file     config/cameras
+  cell_file       config/cell.yaml and --set
+  urdf_file       config/arms
+  formation_file  config/formations, and specs of random clusters
+TEXT
+      ;;
+    perceive | render | calibrate)
       case $1 in
+        calibrate) cat <<'TEXT'
+./breakshot calibrate --images FOLDER --out CAMERA.yaml [options]
+
+Finds where the camera is, and with --intrinsics what its lens does, from pictures of a ChArUco board that lies on the table at a stated place, or that the
+arm holds (--joints). Says how large the residuals are and how sure the result is; refuses a poor one with the reason. docs/calibration.md goes through it.
+TEXT
+          ;;
         perceive) say "./breakshot perceive ...: runs perception on an image and shows what it sees." ;;
         render) say "./breakshot render ...: renders what the simulated camera sees of a formation." ;;
       esac

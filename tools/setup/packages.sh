@@ -2,19 +2,25 @@
 
 wanted_packages() { sed 's/#.*//' "$root/tools/setup/packages.txt" | tr -s ' \n' '\n\n' | sed '/^$/d'; }
 
-# Those that are not installed. Asks dpkg only: no network, some 50 ms.
+# missing_packages [PACKAGE...]: those of the list, or of the arguments, that are not installed. Asks dpkg only: no network, some 50 ms.
 missing_packages() {
   local wanted
-  wanted=$(wanted_packages | sort)
+  wanted=$({ [ $# -gt 0 ] && printf '%s\n' "$@" || wanted_packages; } | sort)
   # shellcheck disable=SC2086 # one word per package
   comm -23 <(printf '%s\n' $wanted) <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' $wanted 2>/dev/null | sed -n 's/^installed //p' | sort -u)
 }
 
 install_packages() {
   command -v dpkg-query >/dev/null || fail "this is not a Debian system: dpkg-query is not here" "use Debian 12, or install the counterparts of tools/setup/packages.txt by hand"
-  local missing as_root=()
+  local missing
   missing=$(missing_packages)
-  [ -n "$missing" ] || return 0
+  # shellcheck disable=SC2086
+  [ -z "$missing" ] || apt_install $missing
+}
+
+# apt_install PACKAGE...
+apt_install() {
+  local missing=$* as_root=()
   if ! grep -q '^VERSION_CODENAME=bookworm' /etc/os-release 2>/dev/null; then
     say "    (this is not Debian 12 \"bookworm\", for which breakshot is made; going on with what apt has)"
   fi
@@ -24,7 +30,7 @@ install_packages() {
     sudo -v || fail "sudo refused" "as root: apt-get install --no-install-recommends $(echo $missing)"
   fi
   local count
-  count=$(printf '%s\n' "$missing" | wc -l)
+  count=$#
   step apt-update "Reading Debian's package lists" "check the network and /etc/apt/sources.list; then run the same command again" \
     "${as_root[@]}" apt-get -o DPkg::Lock::Timeout=300 update
   # shellcheck disable=SC2086

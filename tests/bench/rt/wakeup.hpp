@@ -12,9 +12,10 @@ namespace breakshot::bench {
 struct WakeupComparison {
   rt::Histogram loop;
   LatencyCounts yardstick;
-  rt::Histogram compute;  ///< wall time of the loop's ticks
-  rt::Overruns overruns;  ///< of the loop
-  double load = 0.0;      ///< of the machine, over the last minute, when it began
+  rt::Histogram compute;    ///< wall time of the loop's ticks
+  rt::Overruns overruns;    ///< of the loop
+  int turns_not_ready = 0;  ///< in which the loop stood in a stop at the end: the machine held it, or the drives' thread, up for too long
+  double load = 0.0;        ///< of the machine, over the last minute, when it began
 
   double ratio(double p) const noexcept;
 };

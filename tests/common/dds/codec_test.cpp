@@ -38,6 +38,9 @@ Scene two_touching_discs() {
   scene.discs[0] = {1, {-0.03, 0.1}, Matrix2::Identity() * 1e-8, {0.1, 0.0}, 0.03, 1e-4, 2, true};
   scene.discs[1] = {4, {0.03, 0.1}, Matrix2::Identity() * 2e-8, {0.0, 0.0}, 0.03, 1e-4, 3, false};
   scene.contacts.push_back({0, 1, -1e-4, 0.97, {0.0, 0.07}, {0.0, 1.0}, 0.02});
+  scene.foreign.push_back({ForeignObject::Kind::kOffTable, {0.1, -0.2}, 0.03, 0.032});
+  scene.at_rest = true;
+  scene.age = std::chrono::milliseconds{70};
   return scene;
 }
 
@@ -58,6 +61,13 @@ TEST(SceneCodec, KeepsEveryField) {
   ASSERT_EQ(got->contacts.size(), 1U);
   EXPECT_EQ(got->contacts[0].push_direction_W, sent.contacts[0].push_direction_W);
   EXPECT_EQ(got->contacts[0].contour_length, sent.contacts[0].contour_length);
+  ASSERT_EQ(got->foreign.size(), 1U);
+  EXPECT_EQ(got->foreign[0].kind, sent.foreign[0].kind);
+  EXPECT_EQ(got->foreign[0].p_W, sent.foreign[0].p_W);
+  EXPECT_EQ(got->foreign[0].extent, sent.foreign[0].extent);
+  EXPECT_EQ(got->foreign[0].height, sent.foreign[0].height);
+  EXPECT_TRUE(got->at_rest);
+  EXPECT_EQ(got->age, sent.age);
 }
 
 TEST(SceneCodec, RefusesWhatNoCameraCanSee) {
@@ -74,16 +84,20 @@ TEST(SceneCodec, RefusesWhatNoCameraCanSee) {
   EXPECT_TRUE(refused([](Scene& s) { s.contacts[0].b = 2; }));
   EXPECT_TRUE(refused([](Scene& s) { std::swap(s.contacts[0].a, s.contacts[0].b); }));
   EXPECT_TRUE(refused([](Scene& s) { s.contacts[0].p_touch = 1.5; }));
+  EXPECT_TRUE(refused([](Scene& s) { s.foreign[0].kind = static_cast<ForeignObject::Kind>(3); }));
+  EXPECT_TRUE(refused([](Scene& s) { s.foreign[0].extent = -0.01; }));
   EXPECT_TRUE(refused([](Scene& s) { s.quality = static_cast<SceneQuality>(9); }));
 }
 
 TEST(SceneCodec, CutsWhatIsTooLongInsteadOfThrowing) {
   Scene scene = two_touching_discs();
   scene.discs.assign(kMaxSceneDiscs + 10, scene.discs[0]);
+  scene.foreign.assign(kMaxSceneForeign + 10, scene.foreign[0]);
   scene.text.assign(1000, 'x');
   const auto got = travel(scene);
   ASSERT_TRUE(got) << got.error();
   EXPECT_EQ(got->discs.size(), kMaxSceneDiscs);
+  EXPECT_EQ(got->foreign.size(), kMaxSceneForeign);
   EXPECT_EQ(got->text.size(), 255U);
 }
 

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <sched.h>
 
+#include <cstdint>
+#include <fstream>
 #include <thread>
 #include <vector>
 
@@ -39,6 +41,29 @@ TEST(RealtimeSetup, RefusesAPriorityOutsideTheScheduler) {
     ASSERT_FALSE(missing.empty());
     EXPECT_NE(missing.front().what.find("Invalid argument"), std::string::npos);
   }}.join();
+}
+
+/// What the kernel keeps now, us; -1 when it does not say.
+std::int32_t kept_latency() {
+  std::int32_t latency = -1;
+  std::ifstream{"/dev/cpu_dma_latency", std::ios::binary}.read(reinterpret_cast<char*>(&latency), sizeof latency);
+  return latency;
+}
+
+TEST(RealtimeSetup, KeepsCoresFromDeepSleepAsLongAsAskedOrSaysHowToGrantIt) {
+  const auto before = kept_latency();
+  {
+    const WakeLatencyLimit limit{7};
+    if (limit.missing().empty()) {
+      EXPECT_LE(kept_latency(), 7);
+      EXPECT_GE(kept_latency(), 0);
+    } else {
+      EXPECT_NE(limit.missing().front().what.find("/dev/cpu_dma_latency at 7 us"), std::string::npos);
+      EXPECT_NE(limit.missing().front().remedy.find("chmod"), std::string::npos);
+    }
+  }
+  EXPECT_EQ(kept_latency(), before);
+  EXPECT_TRUE(WakeLatencyLimit{std::nullopt}.missing().empty()) << "nothing asked, nothing missing";
 }
 
 }  // namespace

@@ -64,9 +64,10 @@ class TaskCell {
   bool unrecoverable = false;  ///< and to recover
   bool camera_dead = false;
   SceneQuality quality = SceneQuality::kOk;
-  double noise_speed = 0.003;         ///< that perception reports of a table at rest, m/s
-  std::optional<std::size_t> hidden;  ///< a disc that perception does not see
-  int hidden_scenes = 1'000'000;      ///< for how many scenes
+  std::vector<ForeignObject> foreign;  ///< that perception reports
+  double noise_speed = 0.003;          ///< that perception reports of a table at rest, m/s
+  std::optional<std::size_t> hidden;   ///< a disc that perception does not see
+  int hidden_scenes = 1'000'000;       ///< for how many scenes
 
   Time now{std::chrono::seconds{5}};
   TableSim table;
@@ -127,6 +128,7 @@ class TaskCell {
     Scene scene = table.scene();
     scene.exposed = now - std::chrono::milliseconds{66};
     scene.quality = quality;
+    scene.foreign = foreign;
     scene.max_speed = scene.exposed < rests_ ? 0.3 : noise_speed;
     if (hidden && hidden_scenes-- > 0) scene.discs.erase(scene.discs.begin() + static_cast<std::ptrdiff_t>(*hidden));
     runner.on_scene(scene, now);

@@ -255,6 +255,31 @@ TEST(TaskRunner, CancelsWhilePaused) {
   EXPECT_EQ(cell.runner.status().phase, TaskPhase::kCancelled);
 }
 
+TEST(TaskRunner, HoldsWhileSomethingForeignIsOnTheTable) {
+  const ForeignObject tool{ForeignObject::Kind::kHeight, {0.05, -0.10}, 0.060, 0.015};
+  TaskCell stays{test::formation("C"), "paper"};
+  stays.foreign = {tool};
+  stays.runner.on_request(TaskCell::order(), stays.now);
+  stays.play_for(seconds{2});
+  EXPECT_TRUE(stays.runner.running());
+  EXPECT_NE(stays.runner.status().text.find("held: something that stands up from the table at (0.050, -0.100) m"), std::string::npos)
+      << stays.runner.status().text;
+  ASSERT_TRUE(stays.play_to_end(seconds{10}));
+  EXPECT_EQ(stays.runner.status().failure, TaskFailure::kForeignObject);
+  EXPECT_NE(stays.runner.status().text.find("15 mm high"), std::string::npos) << stays.runner.status().text;
+  EXPECT_EQ(stays.runner.status().hits + stays.runner.status().pushes, 0U);
+
+  // Taken away in time: the task goes on.
+  TaskCell goes{test::formation("C"), "paper"};
+  goes.foreign = {tool};
+  goes.runner.on_request(TaskCell::order(), goes.now);
+  goes.play_for(seconds{2});
+  EXPECT_EQ(goes.runner.status().hits + goes.runner.status().pushes, 0U);
+  goes.foreign.clear();
+  ASSERT_TRUE(goes.play_to_end(seconds{60}));
+  EXPECT_EQ(goes.runner.status().phase, TaskPhase::kSingulated) << goes.runner.status().text;
+}
+
 TEST(TaskRunner, GivesUpWithoutUsableScenes) {
   TaskCell dark{test::formation("C"), "paper"};
   dark.runner.on_request(TaskCell::order(), dark.now);

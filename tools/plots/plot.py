@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Draws what `./breakshot bench singulation` (or `paper`) wrote: PNG files for docs/ or a report.
+"""Draws what benchmarks wrote: PNG files for docs/ or a report. Of `./breakshot bench singulation` (or `paper`):
 
   times.png        mean time of each strategy, beside the means that the paper gives for its own robot (its Fig. 14)
   distribution.png share of the episodes that are singulated by a time, and how many strokes they took
   reliability.png  predicted P(singulated) of the strokes beside how often it came true
+and of `./breakshot bench strokes`:
+  stroke_map.png   strokes accepted and their achieved errors over the workspace
 """
 
 import argparse
@@ -15,6 +17,8 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+
+import stroke_map
 
 # Appl. Sci. 2021, 11, 7327, Sec. 6: seconds, three cases, without its parameters. Another robot: only ratios compare.
 PAPER = {"paper": 4.5, "random_hybrid": 11.16, "random_push": 24.5}
@@ -102,20 +106,27 @@ def save(figure, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--episodes", type=pathlib.Path, required=True, help="the file of --csv")
+    parser.add_argument("--episodes", type=pathlib.Path, help="the file of --csv")
     parser.add_argument("--strokes", type=pathlib.Path, help="the file of --strokes-csv")
+    parser.add_argument("--map", type=pathlib.Path, help="the file of ./breakshot bench strokes --json")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("."), help="folder for the pictures; default: here")
     arguments = parser.parse_args()
+    if not (arguments.episodes or arguments.strokes or arguments.map):
+        parser.error("give --episodes, --strokes or --map")
     try:
-        episodes = by_strategy(read(arguments.episodes))
-        strokes = read(arguments.strokes) if arguments.strokes else []
         arguments.out.mkdir(parents=True, exist_ok=True)
-        times(episodes, arguments.out)
-        distribution(episodes, arguments.out)
-        if strokes:
+        if arguments.episodes:
+            episodes = by_strategy(read(arguments.episodes))
+            times(episodes, arguments.out)
+            distribution(episodes, arguments.out)
+        if arguments.strokes:
+            strokes = read(arguments.strokes)
             reliability([s for s in strokes if s["strategy"] == "robust"] or strokes, arguments.out)
+        if arguments.map:
+            stroke_map.draw(arguments.map, arguments.out / "stroke_map.png")
+            print(f"wrote {arguments.out / 'stroke_map.png'}")
     except (OSError, KeyError, ValueError, StopIteration) as error:
-        print(f"plot: {type(error).__name__}: {error}; expected the CSV files of ./breakshot bench singulation --csv FILE --strokes-csv FILE", file=sys.stderr)
+        print(f"plot: {type(error).__name__}: {error}; expected the files of ./breakshot bench singulation --csv FILE --strokes-csv FILE and of bench strokes --json FILE", file=sys.stderr)
         return 1
     return 0
 
