@@ -31,7 +31,8 @@ DepthFlaws::DepthFlaws(const DepthFlawSettings& settings, double focal, double b
   }
   if (!settings.shadow) return;
   disparity_.resize(std::size_t{kNothing} + 1, 0.0F);
-  for (std::size_t z = 1; z < disparity_.size(); ++z) disparity_[z] = static_cast<float>(focal * baseline / (1e-4 * static_cast<double>(z)));
+  for (std::size_t z = 1; z < disparity_.size(); ++z)
+    disparity_[z] = static_cast<float>(focal * baseline / (1e-4 * static_cast<double>(z)));
 }
 
 double DepthFlaws::draw(int x, int y, std::uint64_t frame, std::uint64_t use) const {

@@ -215,7 +215,8 @@ void render(const Options& options) {
 int main(int argc, char** argv) {
   breakshot::sim_bridge::Options options;
   CLI::App app{
-      "Renders what the simulated camera sees of a formation: color.png, depth.png (0.1 mm, as ./breakshot perceive takes it), depth_mm.png, "
+      "Renders what the simulated camera sees of a formation: color.png, depth.png (0.1 mm, as ./breakshot perceive takes it), "
+      "depth_mm.png, "
       "depth_view.png (for people), camera.yaml, and truth.json: the discs in W, and the gaps of pairs nearer than twice cell.target_gap."};
   app.add_option("--config", options.config, "configuration of the cell")->capture_default_str();
   app.add_option("--set", options.overrides, "section.key=value: replaces a value of the configuration")->allow_extra_args(false);

@@ -53,10 +53,7 @@ double CapsuleShadow::visibility(const Vector3& p) const {
 }
 
 ShadowMesh::ShadowMesh(const Projector& projector, std::size_t lamps)
-    : behind_(lamps),
-      arm_tiles_{projector.model().width, projector.model().height},
-      disc_tiles_{arm_tiles_},
-      capsule_tiles_{arm_tiles_} {}
+    : behind_(lamps), arm_tiles_{projector.model().width, projector.model().height}, disc_tiles_{arm_tiles_}, capsule_tiles_{arm_tiles_} {}
 
 void ShadowMesh::clear() {
   disc_vertices_.clear();

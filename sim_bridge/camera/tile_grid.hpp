@@ -94,7 +94,9 @@ class TileGrid {
   }
 
  private:
-  std::size_t index(int column, int row) const { return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column); }
+  std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
+  }
   /// Clamped before the conversion, so that far-away coordinates do not overflow; one beyond the grid on either side means outside.
   static int tile_of(double coordinate, int count) {
     return static_cast<int>(std::clamp(std::floor((coordinate + 0.5) / kTile), -1.0, static_cast<double>(count)));

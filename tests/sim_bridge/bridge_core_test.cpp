@@ -2,11 +2,11 @@
 #include "common/urdf/arm_description.hpp"
 #include "sim_bridge/faults.hpp"
 #include "sim_bridge/node/cell_world.hpp"
+#include "sim_bridge/node/frame_delay.hpp"
 #include "sim_bridge/node/mailbox.hpp"
 #include "sim_bridge/node/pace.hpp"
 #include "sim_bridge/node/physics_figures.hpp"
 #include "sim_bridge/node/scene_watch.hpp"
-#include "sim_bridge/node/frame_delay.hpp"
 #include "sim_bridge/sim_bridge_config.hpp"
 
 #include <gmock/gmock.h>

@@ -117,7 +117,9 @@ TEST(CameraMotion, AMovingArmIsBlurredAsItsLinksMove) {
   camera.render(snapshot, 1, moving, depth);
   // The edge at x = 0.1, 0.59 m below the lens: 15.5 px of blur, half of it on each side.
   const int edge = static_cast<int>(std::lround(639.5 + 0.1 * 914.0 / 0.59));
-  const auto changed = [&](int x) { return std::abs(still[3 * (360U * 1280U + static_cast<unsigned>(x))] - moving[3 * (360U * 1280U + static_cast<unsigned>(x))]); };
+  const auto changed = [&](int x) {
+    return std::abs(still[3 * (360U * 1280U + static_cast<unsigned>(x))] - moving[3 * (360U * 1280U + static_cast<unsigned>(x))]);
+  };
   EXPECT_GT(changed(edge - 2), 5);
   EXPECT_GT(changed(edge + 2), 5);
   EXPECT_LE(changed(edge - 12), 1);

@@ -1,9 +1,9 @@
 // Lamps, their colours, highlights, and what changes with time.
 
+#include "common/config/config_node.hpp"
 #include "sim_bridge/camera/changing_light.hpp"
 #include "sim_bridge/camera/light.hpp"
 #include "sim_bridge/camera/lighting.hpp"
-#include "common/config/config_node.hpp"
 #include "tests/sim_bridge/camera_picture.hpp"
 
 #include <gmock/gmock.h>
@@ -194,8 +194,7 @@ TEST(CameraLight, EachEffectThatIsOffLeavesEveryBitAlone) {
 
 TEST(CameraLight, EveryPresetReadsAndGivesTheSamePictureTwice) {
   const auto names = lighting_names(kPresets);
-  for (const char* wanted :
-       {"reference", "dim", "bright", "warm", "cold", "two_lamps", "side_lamp", "moving_shadow", "glare", "drift"}) {
+  for (const char* wanted : {"reference", "dim", "bright", "warm", "cold", "two_lamps", "side_lamp", "moving_shadow", "glare", "drift"}) {
     EXPECT_TRUE(std::find(names.begin(), names.end(), wanted) != names.end()) << wanted;
   }
   for (const std::string& name : names) {

@@ -148,9 +148,7 @@ TEST(CameraProjection, OutlinesUnderALensLieWhereOpenCvProjectsThem) {
           const Vector2 outward{std::cos(angle), std::sin(angle)};
           const Vector2 rim = disc.p_WD + radius * outward;
           if (outward.dot(rim) < 0.02) continue;  // there the side, not the top, stands against the table
-          const auto seen = [&](double a) {
-            return by_opencv(camera, {x + radius * std::cos(a), y + radius * std::sin(a), disc.height});
-          };
+          const auto seen = [&](double a) { return by_opencv(camera, {x + radius * std::cos(a), y + radius * std::sin(a), disc.height}); };
           const Vector2 pixel = seen(angle);
           Vector2 normal = perpendicular((seen(angle + 1e-3) - pixel).normalized());
           if (normal.dot(pixel - by_opencv(camera, {x, y, disc.height})) < 0.0) normal = -normal;
