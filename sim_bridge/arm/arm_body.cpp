@@ -113,10 +113,15 @@ Pose ArmBody::X_WL(int link) const noexcept {
 
 Pose ArmBody::X_WT() const noexcept { return X_WL(joints_ - 1) * X_LT_; }
 
-Vector3 ArmBody::v_WT() const noexcept {
-  const dBodyID body = bodies_[static_cast<std::size_t>(joints_ - 1)];
-  const Vector3 arm = X_WT().translation() - ode::to_vector(dBodyGetPosition(body));
-  return ode::to_vector(dBodyGetLinearVel(body)) + ode::to_vector(dBodyGetAngularVel(body)).cross(arm);
+Vector3 ArmBody::w_WL(int link) const noexcept { return ode::to_vector(dBodyGetAngularVel(bodies_[static_cast<std::size_t>(link)])); }
+
+Vector3 ArmBody::v_WL(int link) const noexcept { return velocity_at(link, X_WL(link).translation()); }
+
+Vector3 ArmBody::v_WT() const noexcept { return velocity_at(joints_ - 1, X_WT().translation()); }
+
+Vector3 ArmBody::velocity_at(int link, const Vector3& p_W) const noexcept {
+  const dBodyID body = bodies_[static_cast<std::size_t>(link)];
+  return ode::to_vector(dBodyGetLinearVel(body)) + w_WL(link).cross(p_W - ode::to_vector(dBodyGetPosition(body)));
 }
 
 }  // namespace breakshot::sim_bridge

@@ -37,6 +37,8 @@ class ArmBody {
   /// Posture by the joint angles, and the tip as the last ODE body has it.
   const ArmPosture& posture() const noexcept { return posture_; }
   Pose X_WL(int link) const noexcept;
+  Vector3 w_WL(int link) const noexcept;
+  Vector3 v_WL(int link) const noexcept;
   Pose X_WT() const noexcept;
   Vector3 v_WT() const noexcept;
   const ArmDynamics& dynamics() const noexcept { return dynamics_; }
@@ -45,6 +47,7 @@ class ArmBody {
   static constexpr int kSettleSteps = 40;
 
   void rest() noexcept;
+  Vector3 velocity_at(int link, const Vector3& p_W) const noexcept;
   void read_joints() noexcept;
 
   int joints_;

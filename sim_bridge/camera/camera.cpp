@@ -1,8 +1,11 @@
 #include "sim_bridge/camera/camera.hpp"
 
+#include "sim_bridge/camera/changing_light.hpp"
+#include "sim_bridge/camera/depth_flaws.hpp"
 #include "sim_bridge/camera/headless_context.hpp"
 #include "sim_bridge/camera/marker_mesh.hpp"
 #include "sim_bridge/camera/mesh.hpp"
+#include "sim_bridge/camera/motion.hpp"
 #include "sim_bridge/camera/projector.hpp"
 #include "sim_bridge/camera/rasteriser.hpp"
 #include "sim_bridge/camera/sensor.hpp"
@@ -21,6 +24,7 @@ namespace {
 /// Discs must be well below the camera: rays are followed from the plane of the top to the table.
 constexpr double kMaxDiscHeight = 0.10;    // m
 constexpr double kMinCameraHeight = 0.15;  // m
+constexpr double kMaxExposure = 0.1;       // s
 
 /// What is drawn of one link, ready to be placed.
 struct LinkVisual {
@@ -29,13 +33,13 @@ struct LinkVisual {
   Capsule shadow;  ///< in L
 };
 
-std::vector<LinkVisual> make_visuals(const LinkDescription& link) {
+std::vector<LinkVisual> make_visuals(const LinkDescription& link, double piece) {
   std::vector<LinkVisual> visuals;
-  for (const Shape& shape : link.visuals) visuals.push_back({make_solid(shape), shape, make_capsule(shape)});
+  for (const Shape& shape : link.visuals) visuals.push_back({make_solid(shape, piece), shape, make_capsule(shape)});
   return visuals;
 }
 
-/// A level rectangle as a box without sides, divided finely enough for a distorting lens.
+/// A level rectangle as a box without sides.
 Solid make_floor(const Vector2& size) {
   Shape slab;
   slab.kind = Shape::Kind::kBox;
@@ -59,18 +63,29 @@ class Camera::Implementation {
         settings_{settings},
         light_{settings.light},
         sensor_{settings.noise, settings.seed, settings.depth_min, settings.depth_max},
+        exposure_{settings.exposure},
+        drift_{settings.drift, settings.seed},
+        moving_shadow_{settings.moving_shadow, light_, projector_, settings.seed},
+        depth_flaws_{settings.depth_flaws, model.fx, settings.noise.depth_baseline, settings.seed},
         current_{context_},
         rasteriser_{projector_, light_, settings.shine, settings.table},
         drawn_{model.width, model.height},
         background_{model.width, model.height},
-        image_{model.width, model.height} {
+        image_{model.width, model.height},
+        moving_tiles_{drawn_} {
     if (!(model.X_WC.translation().z() >= kMinCameraHeight)) {
       throw CameraError{"camera: height over the table: found " + std::to_string(model.X_WC.translation().z()) + " m; allowed from " +
                         std::to_string(kMinCameraHeight) + " m"};
     }
-    sensor_.set_exposure(settings.exposure);
-    for (const LinkDescription& link : arm.links) links_.push_back(make_visuals(link));
-    draw_background(make_visuals(arm.base), X_WB);
+    if (!(settings.exposure_time >= 0.0 && settings.exposure_time <= kMaxExposure)) {
+      throw CameraError{"camera: exposure_time in s: found " + std::to_string(settings.exposure_time) + "; allowed 0 to " +
+                        std::to_string(kMaxExposure)};
+    }
+    sensor_.set_exposure(exposure_);
+    if (moving_shadow_.active()) shaded_.resize(image_.rgb.size());
+    if (depth_flaws_.active()) flawed_.resize(image_.depth.size());
+    for (const LinkDescription& link : arm.links) links_.push_back(make_visuals(link, piece_for(projector_)));
+    draw_background(make_visuals(arm.base, piece_for(projector_)), X_WB);
     warm_up();
     current_.reset();
   }
@@ -78,11 +93,17 @@ class Camera::Implementation {
   void render(const WorldSnapshot& snapshot, std::uint64_t frame, std::span<std::uint8_t> rgb, std::span<std::uint16_t> depth) {
     check(snapshot, rgb, depth);
     draw(snapshot);
-    sensor_.expose(image_.rgb, frame, rgb);
-    sensor_.measure(image_.depth, frame, depth);
+    if (drift_.active()) sensor_.set_exposure(drift_.at(exposure_, snapshot.stamp));
+    if (moving_shadow_.active()) moving_shadow_.cast(image_.rgb, snapshot.stamp, shaded_);
+    if (depth_flaws_.active()) depth_flaws_.apply(image_.depth, model().width, drawn_, frame, flawed_);
+    sensor_.expose(moving_shadow_.active() ? shaded_ : image_.rgb, frame, rgb);
+    sensor_.measure(depth_flaws_.active() ? flawed_ : image_.depth, frame, depth);
   }
 
-  void set_exposure(const Exposure& exposure) { sensor_.set_exposure(exposure); }
+  void set_exposure(const Exposure& exposure) {
+    sensor_.set_exposure(exposure);
+    exposure_ = exposure;
+  }
   const CameraModel& model() const { return projector_.model(); }
 
  private:
@@ -103,6 +124,10 @@ class Camera::Implementation {
                           std::to_string(disc.radius) + " and height " + std::to_string(disc.height) +
                           " m; allowed are finite places, radii up to 1 m and heights up to " + std::to_string(kMaxDiscHeight) + " m"};
       }
+    }
+    if (!snapshot.V_WL.empty() && snapshot.V_WL.size() != links_.size()) {
+      throw CameraError{"camera: the snapshot has " + std::to_string(snapshot.V_WL.size()) + " link velocities; the arm has " +
+                        std::to_string(links_.size()) + " moving links"};
     }
     if (rgb.size() != image_.rgb.size() || depth.size() != image_.depth.size()) {
       throw CameraError{"camera: room for " + std::to_string(rgb.size()) + " bytes of colour and " + std::to_string(depth.size()) +
@@ -140,7 +165,7 @@ class Camera::Implementation {
 
     scene_.clear();
     scene_.table.add(make_floor({6.0, 6.0}), X_WFloor, table.floor_rgb, projector_, scene_.solid_tiles);
-    scene_.table.add(make_solid(slab), X_WSlab, table.rgb, projector_, scene_.solid_tiles);
+    scene_.table.add(make_solid(slab, piece_for(projector_)), X_WSlab, table.rgb, projector_, scene_.solid_tiles);
     for (const MarkerPrint& marker : table.markers) add_marker(marker, projector_, scene_.table, scene_.solid_tiles);
     scene_.solid_tiles.mark_all();
     rasteriser_.draw(scene_, IdealImage{model().width, model().height}, image_);
@@ -163,7 +188,7 @@ class Camera::Implementation {
   void draw(const WorldSnapshot& snapshot) {
     scene_.clear();
     // The arm first: its capsules shade the discs.
-    for (std::size_t i = 0; i < links_.size(); ++i) add_link(links_[i], snapshot.X_WL[i]);
+    add_arm(snapshot, 0.0);
     for (const DiscState& disc : snapshot.discs) {
       if (disc.on_table) add_disc(disc);
     }
@@ -172,10 +197,99 @@ class Camera::Implementation {
     // What the last frame drew and this one does not: background again.
     drawn_.for_each_run([&](const PixelRect& run) { restore(run); });
     rasteriser_.draw(scene_, background_, image_);
-    drawn_ = scene_.solid_tiles;
-    drawn_.mark(scene_.disc_tiles);
-    drawn_.mark(scene_.shadows.arm_tiles());
-    drawn_.mark(scene_.shadows.disc_tiles());
+    drawn_ = scene_.tiles();
+    if (settings_.exposure_time > 0.0) blur(snapshot);
+  }
+
+  void add_arm(const WorldSnapshot& snapshot, double seconds) {
+    for (std::size_t i = 0; i < links_.size(); ++i) {
+      add_link(links_[i], snapshot.V_WL.empty() ? snapshot.X_WL[i] : moved(snapshot.X_WL[i], snapshot.V_WL[i], seconds));
+    }
+  }
+
+  double motion_of_arm(const WorldSnapshot& snapshot) const {
+    double most = 0.0;
+    for (std::size_t i = 0; i < snapshot.V_WL.size(); ++i) {
+      const Pose& X_WL = snapshot.X_WL[i];
+      for (const LinkVisual& visual : links_[i]) {
+        const Capsule capsule_W{X_WL * visual.shadow.start, X_WL * visual.shadow.end, visual.shadow.radius};
+        most = std::max(most, motion_px(capsule_W, X_WL, snapshot.V_WL[i], settings_.exposure_time, model()));
+      }
+    }
+    return most;
+  }
+
+  /// Replaces what moves while the shutter is open by the average of pictures over that time. Without motion it leaves the picture alone.
+  void blur(const WorldSnapshot& snapshot) {
+    const double arm_motion = motion_of_arm(snapshot);
+    const bool arm_moves = arm_motion > kStillMotion;
+    double most = arm_motion;
+    for (const DiscState& disc : snapshot.discs) {
+      if (disc.on_table) most = std::max(most, motion_px(disc, settings_.exposure_time, model()));
+    }
+    if (most <= kStillMotion) return;
+    const std::size_t samples = samples_for(most);
+    const auto seconds = [&](std::size_t sample) { return settings_.exposure_time * sample_time(sample, samples); };
+    const auto moves = [&](const DiscState& disc) {
+      // A disc under the shadow of a moving arm changes as a whole.
+      if (motion_px(disc, settings_.exposure_time, model()) > kStillMotion) return true;
+      if (!arm_moves || !light_.shadows) return false;
+      scene_.shadows.select_around({disc.p_WD.x(), disc.p_WD.y(), 0.0}, disc.radius + disc.height, light_);
+      return scene_.shadows.any_selected();
+    };
+
+    moving_tiles_.clear();
+    for (std::size_t sample = 0; sample < samples; ++sample) {
+      scene_.clear();
+      if (arm_moves) add_arm(snapshot, seconds(sample));
+      for (const DiscState& disc : snapshot.discs) {
+        if (disc.on_table && moves(disc)) add_disc(moved(disc, seconds(sample)));
+      }
+      moving_tiles_.mark(scene_.tiles());
+    }
+    sum_rgb_.assign(image_.rgb.size(), 0);
+    sum_depth_.assign(image_.depth.size(), 0);
+    count_depth_.assign(image_.depth.size(), 0);
+    for (std::size_t sample = 0; sample < samples; ++sample) {
+      scene_.clear();
+      add_arm(snapshot, seconds(sample));
+      for (const DiscState& disc : snapshot.discs) {
+        if (disc.on_table) add_disc(moved(disc, seconds(sample)));
+      }
+      moving_tiles_.for_each_run([&](const PixelRect& run) { restore(run); });
+      rasteriser_.draw_sample(scene_, sample, moving_tiles_, background_, image_);
+      for_each_moving_row([&](std::size_t first, std::size_t count) { add_row(first, count); });
+    }
+    for_each_moving_row([&](std::size_t first, std::size_t count) { take_average(first, count, static_cast<std::uint32_t>(samples)); });
+    drawn_.mark(moving_tiles_);
+  }
+
+  template <typename Visit>
+  void for_each_moving_row(Visit&& visit) const {
+    moving_tiles_.for_each_run([&](const PixelRect& run) {
+      for (int row = run.y; row < run.y + run.height; ++row) {
+        visit(static_cast<std::size_t>(row) * static_cast<std::size_t>(model().width) + static_cast<std::size_t>(run.x),
+              static_cast<std::size_t>(run.width));
+      }
+    });
+  }
+
+  void add_row(std::size_t first, std::size_t count) {
+    for (std::size_t i = 3 * first; i < 3 * (first + count); ++i) sum_rgb_[i] = static_cast<std::uint16_t>(sum_rgb_[i] + image_.rgb[i]);
+    for (std::size_t i = first; i < first + count; ++i) {
+      sum_depth_[i] += image_.depth[i];
+      count_depth_[i] = static_cast<std::uint8_t>(count_depth_[i] + (image_.depth[i] != 0 ? 1 : 0));
+    }
+  }
+
+  void take_average(std::size_t first, std::size_t count, std::uint32_t samples) {
+    for (std::size_t i = 3 * first; i < 3 * (first + count); ++i) {
+      image_.rgb[i] = static_cast<std::uint8_t>((sum_rgb_[i] + samples / 2) / samples);
+    }
+    // Samples without depth do not count.
+    for (std::size_t i = first; i < first + count; ++i) {
+      image_.depth[i] = static_cast<std::uint16_t>(count_depth_[i] == 0 ? 0U : (sum_depth_[i] + count_depth_[i] / 2U) / count_depth_[i]);
+    }
   }
 
   void restore(const PixelRect& run) {
@@ -190,6 +304,10 @@ class Camera::Implementation {
   CameraSettings settings_;
   Light light_;
   Sensor sensor_;
+  Exposure exposure_;  ///< without drift
+  Drift drift_;
+  MovingShadow moving_shadow_;
+  DepthFlaws depth_flaws_;
   std::vector<std::vector<LinkVisual>> links_;
 
   HeadlessContext context_;
@@ -200,6 +318,15 @@ class Camera::Implementation {
   TileGrid drawn_;         ///< tiles of image_ that are not background
   IdealImage background_;  ///< table, floor and the arm's base
   IdealImage image_;       ///< the last frame
+
+  // Of a frame in which something moves:
+  TileGrid moving_tiles_;
+  std::vector<std::uint16_t> sum_rgb_;
+  std::vector<std::uint32_t> sum_depth_;
+  std::vector<std::uint8_t> count_depth_;
+  // What comes between the picture and the sensor, when there is such:
+  std::vector<std::uint8_t> shaded_;
+  std::vector<std::uint16_t> flawed_;
 };
 
 Camera::Camera(const CameraModel& model, const CameraSettings& settings, const ArmDescription& arm, const Pose& X_WB)

@@ -34,7 +34,9 @@ struct LampSettings {
 
 /// Up to kMaxLamps lamps, and the light that comes from everywhere.
 struct LightSettings {
-  std::vector<LampSettings> lamps{LampSettings{}};
+  LightSettings();  ///< one lamp
+
+  std::vector<LampSettings> lamps;
   double ambient = 0.45;                  ///< share of the light that comes from everywhere, 0 to 1
   double ambient_kelvin = kWhiteKelvin;   ///< its colour temperature
   double balanced_kelvin = kWhiteKelvin;  ///< light of this temperature is white to the camera

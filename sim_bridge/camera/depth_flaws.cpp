@@ -31,7 +31,8 @@ DepthFlaws::DepthFlaws(const DepthFlawSettings& settings, double focal, double b
   }
   if (!settings.shadow) return;
   disparity_.resize(std::size_t{kNothing} + 1, 0.0F);
-  for (std::size_t z = 1; z < disparity_.size(); ++z) disparity_[z] = static_cast<float>(focal * baseline / (1e-4 * static_cast<double>(z)));
+  for (std::size_t z = 1; z < disparity_.size(); ++z)
+    disparity_[z] = static_cast<float>(focal * baseline / (1e-4 * static_cast<double>(z)));
 }
 
 double DepthFlaws::draw(int x, int y, std::uint64_t frame, std::uint64_t use) const {
@@ -72,7 +73,7 @@ void DepthFlaws::roughen(std::span<const std::uint16_t> ideal, int width, const 
         nearest = std::min(nearest, nearest_[static_cast<std::size_t>((v - top) * run.width + i)]);
       if (own - nearest <= kJump) continue;
       std::uint16_t& out = flawed[static_cast<std::size_t>(y * width + x)];
-      const auto within = static_cast<int>(std::floor(settings_.bleed * draw(x, y, frame, 0) + 0.5));
+      const auto within = static_cast<int>(std::lround(settings_.bleed * draw(x, y, frame, 0)));
       if (within > 0) {
         const std::uint16_t over = nearest_within(x, y, within);
         if (own - over > kJump) out = over;

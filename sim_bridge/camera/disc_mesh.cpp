@@ -7,8 +7,8 @@
 namespace breakshot::sim_bridge {
 namespace {
 
-/// Cells per side of the rectangle: for a lens that bends it, and for a shadow that is interpolated between its corners.
-constexpr int kCellsPlain = 1, kCellsDistorted = 3, kCellsShaded = 3;
+/// Cells per side of the rectangle, at least, for a shadow that is interpolated between its corners.
+constexpr int kCellsShaded = 3;
 
 }  // namespace
 
@@ -23,7 +23,7 @@ void DiscMesh::add(const DiscState& disc, const Rgb& rgb, const Projector& proje
   const double back = std::max(disc.radius, top_radius - shift.norm());  // a disc below the camera is all top
   patch.origin = disc.p_WD - back * patch.x_axis - top_radius * perpendicular(patch.x_axis);
   patch.size = {back + shift.norm() + top_radius, 2.0 * top_radius};
-  patch.cells = visibility ? kCellsShaded : projector.distorted() ? kCellsDistorted : kCellsPlain;
+  patch.cells = std::max(cells_for(projector, patch.size), visibility ? kCellsShaded : 1);
   patch.mark(projector, tiles);
 
   const std::array<float, 4> parameters{static_cast<float>(disc.p_WD.x()), static_cast<float>(disc.p_WD.y()),

@@ -38,7 +38,7 @@ class Program {
 /// A buffer of interleaved float vertices, and indices if wanted, that is refilled every frame.
 class VertexStream {
  public:
-  explicit VertexStream(std::initializer_list<int> floats_per_attribute);
+  VertexStream(std::initializer_list<int> floats_per_attribute);
 
   template <typename Vertex>
   void upload(const std::vector<Vertex>& vertices) const {

@@ -43,6 +43,9 @@ Lamp make_lamp(const LampSettings& settings) {
 
 }  // namespace
 
+// Not in the header: inlined into an aggregate's construction, GCC 12 takes the vector for uninitialised.
+LightSettings::LightSettings() : lamps(1) {}
+
 Vector3 black_body(double kelvin, double balanced_kelvin) {
   const Vector3 colour = radiance(kelvin).cwiseQuotient(radiance(balanced_kelvin));
   return colour / colour.y();

@@ -11,10 +11,7 @@ namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr int kSegments = 28;
-/// Long solids are cut into pieces of this length, so that a diagonal link marks the tiles that it crosses and not its bounding box, m.
-constexpr double kPiece = 0.10;
-
-int pieces(double length) { return std::max(1, static_cast<int>(std::ceil(length / kPiece))); }
+int pieces(double length, double piece) { return std::max(1, static_cast<int>(std::ceil(length / piece))); }
 
 /// The corner radius at which a regular polygon has the area of the unit circle.
 double equal_area_radius() {
@@ -75,9 +72,9 @@ void add_sphere(Solid& solid, double radius) {
 }
 
 /// One face of a box: `normal` is half an edge long and points to the face's centre; u x v points along it.
-void add_face(Solid& solid, const Vector3& centre, const Vector3& u, const Vector3& v) {
+void add_face(Solid& solid, const Vector3& centre, const Vector3& u, const Vector3& v, double piece) {
   const auto first = static_cast<std::uint32_t>(solid.vertices.size());
-  const int columns = pieces(2.0 * u.norm()), rows = pieces(2.0 * v.norm());
+  const int columns = pieces(2.0 * u.norm(), piece), rows = pieces(2.0 * v.norm(), piece);
   const Vector3 normal = u.cross(v).normalized();
   for (int row = 0; row <= rows; ++row) {
     for (int column = 0; column <= columns; ++column) {
@@ -87,28 +84,28 @@ void add_face(Solid& solid, const Vector3& centre, const Vector3& u, const Vecto
   stitch(solid, first, rows, columns);
 }
 
-void add_box(Solid& solid, const Vector3& size) {
+void add_box(Solid& solid, const Vector3& size, double piece) {
   const Vector3 half = 0.5 * size;
   for (int axis = 0; axis < 3; ++axis) {
     const Vector3 n = half[axis] * Vector3::Unit(axis);
     const Vector3 u = half[(axis + 1) % 3] * Vector3::Unit((axis + 1) % 3);
     const Vector3 v = half[(axis + 2) % 3] * Vector3::Unit((axis + 2) % 3);
-    add_face(solid, n, u, v);
-    add_face(solid, -n, v, u);
+    add_face(solid, n, u, v, piece);
+    add_face(solid, -n, v, u, piece);
   }
 }
 
 }  // namespace
 
-Solid make_solid(const Shape& shape) {
+Solid make_solid(const Shape& shape, double piece) {
   Solid solid;
   switch (shape.kind) {
-    case Shape::Kind::kBox: add_box(solid, shape.size); break;
+    case Shape::Kind::kBox: add_box(solid, shape.size, piece); break;
     case Shape::Kind::kCylinder: {
       const double radius = shape.size.x() * equal_area_radius(), half = 0.5 * shape.size.y();
       add_cap(solid, radius, half, 1.0);
       add_cap(solid, radius, -half, -1.0);
-      add_wall(solid, radius, -half, half, pieces(shape.size.y()));
+      add_wall(solid, radius, -half, half, pieces(shape.size.y(), piece));
       break;
     }
     case Shape::Kind::kSphere: add_sphere(solid, shape.size.x()); break;

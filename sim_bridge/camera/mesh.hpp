@@ -22,8 +22,13 @@ struct Solid {
   std::vector<std::uint32_t> indices;
 };
 
+/// Long solids are cut into pieces, so that a diagonal link marks the tiles that it crosses and not its bounding box; m. Shorter ones under a lens that
+/// bends their edges.
+inline constexpr double kPiece = 0.10, kPieceDistorted = 0.03;
+inline double piece_for(const Projector& projector) { return projector.distorted() ? kPieceDistorted : kPiece; }
+
 /// A primitive of the arm, finely enough divided for smooth outlines and tight bounds in the image.
-Solid make_solid(const Shape& shape);
+Solid make_solid(const Shape& shape, double piece = kPiece);
 
 /// What the vertex shaders of arm and table take; see shaders.hpp.
 struct SceneVertex {

@@ -23,6 +23,8 @@ void add(const Value* values, std::size_t count, Sum* sums) {
   for (std::size_t i = 0; i < count; ++i) sums[i] = static_cast<Sum>(sums[i] + values[i]);
 }
 
+constexpr std::size_t area(int width, int height) { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+
 /// A factor of 0 to 255 as one of 0 to 256, so that the full one is exact.
 constexpr std::uint32_t widened(std::uint8_t factor) { return factor + (std::uint32_t{factor} >> 7); }
 
@@ -30,7 +32,7 @@ constexpr std::uint32_t widened(std::uint8_t factor) { return factor + (std::uin
 template <typename Visit>
 void for_each_row(const PixelRect& rect, int image_width, Visit&& visit) {
   for (int row = rect.y; row < rect.y + rect.height; ++row) {
-    visit(static_cast<std::size_t>(row * image_width + rect.x), static_cast<std::size_t>(rect.width));
+    visit(area(row, image_width) + static_cast<std::size_t>(rect.x), static_cast<std::size_t>(rect.width));
   }
 }
 
@@ -43,10 +45,16 @@ Rasteriser::Rasteriser(const Projector& projector, const Light& light, const Shi
                        const std::string& definitions)
     : width_{projector.model().width},
       height_{projector.model().height},
-      table_{{"table", {shaders::kTableVertex}, {definitions.c_str(), kLight, kShading, kOutputs, shaders::kTableFragment}}, VertexStream{4, 3, 3, 3}, -1},
-      arm_{{"arm", {definitions.c_str(), kLight, kShading, shaders::kArmVertex}, {kOutputs, shaders::kArmFragment}}, VertexStream{4, 3, 3, 3}, -1},
-      discs_{{"discs", {definitions.c_str(), kLight, shaders::kDiscVertex}, {definitions.c_str(), kLight, kOutputs, shaders::kDiscFragment}},
-             VertexStream{4, 2, 4, 3, 4}, -1},
+      table_{{"table", {shaders::kTableVertex}, {definitions.c_str(), kLight, kShading, kOutputs, shaders::kTableFragment}},
+             VertexStream{4, 3, 3, 3},
+             -1},
+      arm_{{"arm", {definitions.c_str(), kLight, kShading, shaders::kArmVertex}, {kOutputs, shaders::kArmFragment}},
+           VertexStream{4, 3, 3, 3},
+           -1},
+      discs_{
+          {"discs", {definitions.c_str(), kLight, shaders::kDiscVertex}, {definitions.c_str(), kLight, kOutputs, shaders::kDiscFragment}},
+          VertexStream{4, 2, 4, 3, 4},
+          -1},
       clear_{{"clear", {shaders::kClearVertex}, {kOutputs, shaders::kClearFragment}}, VertexStream{3}, -1},
       shadow_layer_{projector, light, table},
       target_{width_, height_, {GL_RGBA8, GL_R16UI}, true},
@@ -55,10 +63,10 @@ Rasteriser::Rasteriser(const Projector& projector, const Light& light, const Shi
       all_tiles_{mesh_tiles_},
       filled_{mesh_tiles_},
       outlined_{mesh_tiles_},
-      run_rgba_(4 * static_cast<std::size_t>(width_ * TileGrid::kTile)),
-      run_depth_(static_cast<std::size_t>(width_ * TileGrid::kTile)),
-      sum_rgba_(4 * static_cast<std::size_t>(width_ * height_)),
-      sum_depth_(static_cast<std::size_t>(width_ * height_)) {
+      run_rgba_(4 * area(width_, TileGrid::kTile)),
+      run_depth_(area(width_, TileGrid::kTile)),
+      sum_rgba_(4 * area(width_, height_)),
+      sum_depth_(area(width_, height_)) {
   for (Pass* pass : {&table_, &arm_, &discs_}) {
     pass->jitter = pass->program.uniform("jitter");
     set_light(pass->program, light, shine);
@@ -92,7 +100,7 @@ void Rasteriser::draw_quads(const TileGrid& tiles, float depth) {
 void Rasteriser::draw_layer(const Scene& scene, std::size_t layer) {
   glDepthFunc(GL_ALWAYS);
   draw_quads(outlined_, kFar);
-  if (layer == 1) draw_quads(filled_, kNearest);  // and stays so: nothing is nearer
+  if (layer == 1 && !filled_.empty()) draw_quads(filled_, kNearest);  // and stays so: nothing is nearer
   glDepthFunc(GL_LESS);
 
   const auto use = [&](const Pass& pass) {
@@ -126,6 +134,13 @@ void Rasteriser::add_layer(const TileGrid& tiles) {
   });
 }
 
+void Rasteriser::let_one_layer_stand_for_all(const PixelRect& rect) {
+  for_each_row(rect, width_, [&](std::size_t first, std::size_t count) {
+    for (std::size_t i = 4 * first; i < 4 * (first + count); ++i) sum_rgba_[i] = static_cast<std::uint16_t>(kLayers * sum_rgba_[i]);
+    for (std::size_t i = first; i < first + count; ++i) sum_depth_[i] *= kLayers;
+  });
+}
+
 void Rasteriser::find_filled(const Scene& scene) {
   // The first layer stands for all of them where the arm alone fills a tile. The table fills tiles too, but has texture.
   if (!scene.table.indices().empty()) return;
@@ -139,10 +154,7 @@ void Rasteriser::find_filled(const Scene& scene) {
     });
     if (background != 0) return;
     filled_.mark_tile(tile);
-    for_each_row(tile, width_, [&](std::size_t first, std::size_t count) {
-      for (std::size_t i = 4 * first; i < 4 * (first + count); ++i) sum_rgba_[i] = static_cast<std::uint16_t>(kLayers * sum_rgba_[i]);
-      for (std::size_t i = first; i < first + count; ++i) sum_depth_[i] *= kLayers;
-    });
+    let_one_layer_stand_for_all(tile);
   });
   outlined_ = mesh_tiles_;
   outlined_.unmark(filled_);
@@ -152,7 +164,7 @@ template <std::size_t kChannels>
 void Rasteriser::compose_mesh(const PixelRect& run, const IdealImage& background, IdealImage& image) const {
   const std::uint8_t* const factors = shadow_layer_.factors().data();
   for (int row = run.y; row < run.y + run.height; ++row) {
-    const auto first = static_cast<std::size_t>(row * width_ + run.x);
+    const std::size_t first = area(row, width_) + static_cast<std::size_t>(run.x);
     for (std::size_t pixel = first; pixel < first + static_cast<std::size_t>(run.width); ++pixel) {
       const std::uint16_t* sum = &sum_rgba_[4 * pixel];
       const std::uint32_t uncovered = sum[3] / 255U;  // layers that show the background
@@ -177,7 +189,7 @@ template <std::size_t kChannels>
 void Rasteriser::compose_shadow(const PixelRect& run, const IdealImage& background, IdealImage& image) const {
   const std::uint8_t* const factors = shadow_layer_.factors().data();
   for (int row = run.y; row < run.y + run.height; ++row) {
-    const auto first = static_cast<std::size_t>(row * width_ + run.x);
+    const std::size_t first = area(row, width_) + static_cast<std::size_t>(run.x);
     const auto width = static_cast<std::size_t>(run.width);
     for (std::size_t pixel = first; pixel < first + width; ++pixel) {
       for (std::size_t channel = 0; channel < 3; ++channel) {
@@ -195,7 +207,7 @@ void Rasteriser::compose(const IdealImage& background, IdealImage& image) const 
   shadow_tiles_.for_each_run([&](const PixelRect& run) { compose_shadow<kChannels>(run, background, image); }, &mesh_tiles_);
 }
 
-void Rasteriser::draw(const Scene& scene, const IdealImage& background, IdealImage& image) {
+void Rasteriser::begin(const Scene& scene, const TileGrid* mask) {
   mesh_tiles_ = scene.solid_tiles;
   mesh_tiles_.mark(scene.disc_tiles);
   shadow_tiles_ = scene.shadows.arm_tiles();
@@ -204,6 +216,10 @@ void Rasteriser::draw(const Scene& scene, const IdealImage& background, IdealIma
   all_tiles_.mark(shadow_tiles_);
   if (all_tiles_.empty()) return;
   shadow_layer_.draw(scene.shadows, all_tiles_);
+  if (mask != nullptr) {
+    mesh_tiles_.keep(*mask);
+    shadow_tiles_.keep(*mask);
+  }
 
   mesh_tiles_.for_each_run([&](const PixelRect& run) {
     for_each_row(run, width_, [&](std::size_t first, std::size_t count) {
@@ -218,19 +234,37 @@ void Rasteriser::draw(const Scene& scene, const IdealImage& background, IdealIma
   glEnable(GL_DEPTH_TEST);
   outlined_ = mesh_tiles_;
   filled_.clear();
-  for (std::size_t layer = 0; layer < kLayers; ++layer) {
-    draw_layer(scene, layer);
-    add_layer(outlined_);
-    if (layer == 0) find_filled(scene);
-  }
+}
+
+void Rasteriser::finish(const IdealImage& background, IdealImage& image) {
   glDisable(GL_DEPTH_TEST);
   check_gl("rendering a frame");
-
   if (shadow_layer_.channels() == 1) {
     compose<1>(background, image);
   } else {
     compose<4>(background, image);
   }
+}
+
+void Rasteriser::draw(const Scene& scene, const IdealImage& background, IdealImage& image) {
+  begin(scene, nullptr);
+  if (all_tiles_.empty()) return;
+  for (std::size_t layer = 0; layer < kLayers; ++layer) {
+    draw_layer(scene, layer);
+    add_layer(outlined_);
+    if (layer == 0) find_filled(scene);
+  }
+  finish(background, image);
+}
+
+void Rasteriser::draw_sample(const Scene& scene, std::size_t sample, const TileGrid& mask, const IdealImage& background,
+                             IdealImage& image) {
+  begin(scene, &mask);
+  if (all_tiles_.empty()) return;
+  draw_layer(scene, sample % kLayers);
+  add_layer(outlined_);
+  outlined_.for_each_run([&](const PixelRect& run) { let_one_layer_stand_for_all(run); });
+  finish(background, image);
 }
 
 }  // namespace breakshot::sim_bridge

@@ -38,6 +38,15 @@ struct Scene {
     disc_tiles.clear();
   }
 
+  /// Everything that it touches.
+  TileGrid tiles() const {
+    TileGrid all = solid_tiles;
+    all.mark(disc_tiles);
+    all.mark(shadows.arm_tiles());
+    all.mark(shadows.disc_tiles());
+    return all;
+  }
+
   SceneMesh table, arm;
   DiscMesh discs;
   ShadowMesh shadows;
@@ -59,6 +68,8 @@ class Rasteriser {
 
   /// Draws over `background` and writes the tiles that the scene touches to `image`; leaves the rest of `image` alone.
   void draw(const Scene& scene, const IdealImage& background, IdealImage& image);
+  /// The same with one sample per pixel, the `sample`-th of the pattern, and within the tiles of `mask` only: one of many pictures to be averaged.
+  void draw_sample(const Scene& scene, std::size_t sample, const TileGrid& mask, const IdealImage& background, IdealImage& image);
 
  private:
   Rasteriser(const Projector& projector, const Light& light, const ShineSettings& shine, const TableSettings& table,
@@ -71,10 +82,13 @@ class Rasteriser {
     GLint jitter;
   };
 
+  void begin(const Scene& scene, const TileGrid* mask);
+  void finish(const IdealImage& background, IdealImage& image);
   void draw_layer(const Scene& scene, std::size_t layer);
   void draw_quads(const TileGrid& tiles, float depth);
   void add_layer(const TileGrid& tiles);
   void find_filled(const Scene& scene);
+  void let_one_layer_stand_for_all(const PixelRect& rect);
   /// Puts the layers over the background that the shadows darken. kChannels: of ShadowLayer::factors().
   template <std::size_t kChannels>
   void compose(const IdealImage& background, IdealImage& image) const;

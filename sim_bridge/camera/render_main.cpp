@@ -4,15 +4,18 @@
 #include "common/urdf/cell_arm.hpp"
 #include "sim_bridge/arm/arm_dynamics.hpp"
 #include "sim_bridge/camera/camera.hpp"
+#include "sim_bridge/camera/lighting.hpp"
 #include "sim_bridge/sim_bridge_config.hpp"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -29,6 +32,9 @@ struct Options {
   std::string formation;  ///< empty: the one in the configuration
   std::filesystem::path out = ".";
   std::vector<double> joints_deg;  ///< empty: the park pose
+  std::filesystem::path sheet;     ///< image file; empty: none
+  std::string lighting;            ///< preset; empty: the configuration's
+  double time = 0.0;               ///< of the world, s: for light that changes
   std::uint64_t frame = 1;
 };
 
@@ -74,6 +80,14 @@ nlohmann::json describe(const Formation& formation, const WorldSnapshot& snapsho
     if (const auto pixel = model.project({disc.p_WD.x(), disc.p_WD.y(), disc.height})) entry["top_centre_px"] = {pixel->x(), pixel->y()};
     truth["discs"].push_back(entry);
   }
+  truth["gaps"] = nlohmann::json::array();
+  for (std::size_t a = 0; a < snapshot.discs.size(); ++a) {
+    for (std::size_t b = a + 1; b < snapshot.discs.size(); ++b) {
+      const DiscState &first = snapshot.discs[a], &second = snapshot.discs[b];
+      const double gap = (first.p_WD - second.p_WD).norm() - first.radius - second.radius;
+      if (gap < 2.0 * cell.target_gap) truth["gaps"].push_back({{"a", a}, {"b", b}, {"gap", gap}});
+    }
+  }
   return truth;
 }
 
@@ -95,31 +109,104 @@ cv::Mat depth_for_people(const cv::Mat& depth) {
   return coloured;
 }
 
-void render(const Options& options) {
-  const ConfigDocument document = load_cell_document(options.config, options.overrides);
-  const CellConfig cell = load_cell_config(document);
-  const SimBridgeConfig config = load_sim_bridge_config(document, cell);
-  const ArmDescription arm = load_cell_arm(cell);
-  const Formation formation = load_formation(options.formation.empty() ? config.formation : options.formation, cell);
-  const WorldSnapshot snapshot = make_snapshot(formation, config, cell, arm, joint_pose(options, cell));
+/// Whole millimetres, as RealSense cameras give them.
+cv::Mat in_millimetres(const cv::Mat& depth) {
+  cv::Mat millimetres;
+  depth.convertTo(millimetres, CV_16U, 0.1);
+  return millimetres;
+}
 
-  Camera camera{load_camera(cell.camera_file), config.camera, arm, cell.arm.X_WB};
-  const CameraModel& model = camera.model();
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream file{path};
+  file << text;
+  if (!file.flush()) throw CameraError{"cannot write " + path.string()};
+  fmt::print("{}\n", path.string());
+}
+
+/// A calibration file as config/cameras has them.
+std::string camera_yaml(const CameraModel& model) {
+  const Vector3 p = model.X_WC.translation(), forward = model.X_WC.linear().col(2), right = model.X_WC.linear().col(0);
+  const auto list = [](const auto& values) { return fmt::format("[{}]", fmt::join(values, ", ")); };
+  const auto vector = [&](const Vector3& v) { return list(std::array{v.x(), v.y(), v.z()}); };
+  return fmt::format(
+      "camera:\n  width: {}\n  height: {}\n  fx: {}\n  fy: {}\n  cx: {}\n  cy: {}\n  distortion: {}\n  p_WC: {}\n  looks_along_W: {}\n"
+      "  image_x_along_W: {}\n",
+      model.width, model.height, model.fx, model.fy, model.cx, model.cy, list(model.distortion), vector(p), vector(forward), vector(right));
+}
+
+/// What a picture is taken of, and with what.
+struct Studio {
+  CellConfig cell;
+  SimBridgeConfig config;
+  ArmDescription arm;
+  Formation formation;
+  WorldSnapshot snapshot;
+  CameraModel model;
+};
+
+Studio prepare(const Options& options) {
+  const ConfigDocument document = load_cell_document(options.config, options.overrides);
+  Studio studio;
+  studio.cell = load_cell_config(document);
+  studio.config = load_sim_bridge_config(document, studio.cell);
+  studio.arm = load_cell_arm(studio.cell);
+  studio.formation = load_formation(options.formation.empty() ? studio.config.formation : options.formation, studio.cell);
+  studio.snapshot = make_snapshot(studio.formation, studio.config, studio.cell, studio.arm, joint_pose(options, studio.cell));
+  studio.snapshot.stamp = Time{from_seconds(options.time)};
+  studio.model = load_camera(studio.cell.camera_file);
+  return studio;
+}
+
+struct Picture {
+  cv::Mat bgr, depth;
+};
+
+Picture take(const Studio& studio, const CameraSettings& settings, std::uint64_t frame) {
+  Camera camera{studio.model, settings, studio.arm, studio.cell.arm.X_WB};
+  const CameraModel& model = studio.model;
   // Round brackets: in braces these would be three pixels.
   cv::Mat rgb(model.height, model.width, CV_8UC3), depth(model.height, model.width, CV_16UC1), bgr;
   const auto pixels = static_cast<std::size_t>(model.width) * static_cast<std::size_t>(model.height);
-  camera.render(snapshot, options.frame, {rgb.ptr<std::uint8_t>(), 3 * pixels}, {depth.ptr<std::uint16_t>(), pixels});
+  camera.render(studio.snapshot, frame, {rgb.ptr<std::uint8_t>(), 3 * pixels}, {depth.ptr<std::uint16_t>(), pixels});
   cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+  return {bgr, depth};
+}
 
+/// The same scene under every preset, small, side by side.
+void render_sheet(const Options& options) {
+  constexpr int kColumns = 3;
+  const cv::Size small{480, 270};
+  const Studio studio = prepare(options);
+  const std::vector<std::string> names = lighting_names(studio.config.lighting_folder);
+  const int rows = (static_cast<int>(names.size()) + kColumns - 1) / kColumns;
+  cv::Mat sheet(rows * small.height, kColumns * small.width, CV_8UC3, cv::Scalar::all(0));
+  for (int i = 0; i < static_cast<int>(names.size()); ++i) {
+    const std::string& name = names[static_cast<std::size_t>(i)];
+    CameraSettings settings = studio.config.camera;
+    apply_lighting(studio.config.lighting_folder, name, settings);
+    cv::Mat part = sheet(cv::Rect{cv::Point{i % kColumns * small.width, i / kColumns * small.height}, small});
+    cv::resize(take(studio, settings, options.frame).bgr, part, small, 0.0, 0.0, cv::INTER_AREA);
+    cv::putText(part, name, {10, 24}, cv::FONT_HERSHEY_SIMPLEX, 0.7, cv::Scalar::all(0), 3, cv::LINE_AA);
+    cv::putText(part, name, {10, 24}, cv::FONT_HERSHEY_SIMPLEX, 0.7, cv::Scalar::all(255), 1, cv::LINE_AA);
+  }
+  write_image(options.sheet, sheet);
+}
+
+void render(const Options& options) {
+  const Studio studio = prepare(options);
+  CameraSettings settings = studio.config.camera;
+  if (!options.lighting.empty()) apply_lighting(studio.config.lighting_folder, options.lighting, settings);
+  const Picture picture = take(studio, settings, options.frame);
   std::filesystem::create_directories(options.out);
-  write_image(options.out / "color.png", bgr);
-  write_image(options.out / "depth.png", depth);
-  write_image(options.out / "depth_view.png", depth_for_people(depth));
-  const std::filesystem::path truth = options.out / "truth.json";
-  std::ofstream file{truth};
-  file << describe(formation, snapshot, cell, model).dump(2) << "\n";
-  if (!file.flush()) throw CameraError{"cannot write " + truth.string()};
-  fmt::print("{}\n", truth.string());
+  write_image(options.out / "color.png", picture.bgr);
+  write_image(options.out / "depth.png", picture.depth);
+  write_image(options.out / "depth_mm.png", in_millimetres(picture.depth));
+  write_image(options.out / "depth_view.png", depth_for_people(picture.depth));
+  write_text(options.out / "camera.yaml", camera_yaml(studio.model));
+  nlohmann::json truth = describe(studio.formation, studio.snapshot, studio.cell, studio.model);
+  truth["lighting"] = options.lighting.empty() ? "as configured" : options.lighting;
+  truth["time"] = options.time;
+  write_text(options.out / "truth.json", truth.dump(2) + "\n");
 }
 
 }  // namespace
@@ -128,17 +215,28 @@ void render(const Options& options) {
 int main(int argc, char** argv) {
   breakshot::sim_bridge::Options options;
   CLI::App app{
-      "Renders what the simulated camera sees of a formation: color.png, depth.png (0.1 mm), depth_view.png (for people), truth.json."};
+      "Renders what the simulated camera sees of a formation: color.png, depth.png (0.1 mm, as ./breakshot perceive takes it), "
+      "depth_mm.png, "
+      "depth_view.png (for people), camera.yaml, and truth.json: the discs in W, and the gaps of pairs nearer than twice cell.target_gap."};
   app.add_option("--config", options.config, "configuration of the cell")->capture_default_str();
   app.add_option("--set", options.overrides, "section.key=value: replaces a value of the configuration")->allow_extra_args(false);
   app.add_option("--formation", options.formation, "name in config/formations, or random:n=6,seed=3 (default: the configuration's)");
   app.add_option("--out", options.out, "folder for the files; made if need be")->capture_default_str();
   app.add_option("--joints", options.joints_deg, "joint angles of the arm in degrees, separated by commas (default: the park pose)")
       ->delimiter(',');
+  app.add_option("--lighting", options.lighting, "preset in config/lighting (default: the configuration's light)");
+  app.add_option("--time", options.time, "of the world, s: where drifting light and the moving shadow are")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   app.add_option("--frame", options.frame, "number of the frame: another number, other noise")->capture_default_str();
+  app.add_option("--sheet", options.sheet, "instead of all that: an image file for the scene under every preset, side by side");
   CLI11_PARSE(app, argc, argv);
   try {
-    breakshot::sim_bridge::render(options);
+    if (options.sheet.empty()) {
+      breakshot::sim_bridge::render(options);
+    } else {
+      breakshot::sim_bridge::render_sheet(options);
+    }
   } catch (const std::exception& error) {
     fmt::print(stderr, "breakshot-render: {}\n", error.what());
     return 1;

@@ -133,7 +133,8 @@ void Sensor::measure(std::span<const std::uint16_t> ideal, std::uint64_t frame, 
     std::uint16_t* out = &depth[begin];
     for (std::size_t i = 0; i < count; ++i) {
       const auto z = static_cast<float>(in[i]);
-      const auto noisy = static_cast<std::int32_t>(z + z * z * scale * static_cast<float>(deviates[i]) + 0.5F);
+      // To the nearest, by way of halves: vectors have no instruction that rounds.
+      const std::int32_t noisy = (static_cast<std::int32_t>(2.0F * (z + z * z * scale * static_cast<float>(deviates[i]))) + 1) >> 1;
       out[i] = static_cast<std::uint16_t>(noisy >= low && noisy <= high ? noisy : 0);
     }
   }

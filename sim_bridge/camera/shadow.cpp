@@ -11,8 +11,6 @@ namespace {
 
 /// A disc darkens the table this many heights around its foot; the shader fades to nothing there.
 constexpr double kOcclusionReach = 1.25;
-/// Cells per side of a disc's patch, so that it follows a lens that bends it.
-constexpr int kCellsDistorted = 3;
 
 double smoothstep(double low, double high, double x) {
   const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
@@ -55,10 +53,7 @@ double CapsuleShadow::visibility(const Vector3& p) const {
 }
 
 ShadowMesh::ShadowMesh(const Projector& projector, std::size_t lamps)
-    : behind_(lamps),
-      arm_tiles_{projector.model().width, projector.model().height},
-      disc_tiles_{arm_tiles_},
-      capsule_tiles_{arm_tiles_} {}
+    : behind_(lamps), arm_tiles_{projector.model().width, projector.model().height}, disc_tiles_{arm_tiles_}, capsule_tiles_{arm_tiles_} {}
 
 void ShadowMesh::clear() {
   disc_vertices_.clear();
@@ -95,7 +90,7 @@ void ShadowMesh::add_disc(const DiscState& disc, const Light& light, const Proje
   patch.x_axis = x_axis;
   patch.origin = disc.p_WD + (low.x() - reach) * x_axis + (low.y() - reach) * perpendicular(x_axis);
   patch.size = high - low + Vector2::Constant(2.0 * reach);
-  patch.cells = projector.distorted() ? kCellsDistorted : 1;
+  patch.cells = cells_for(projector, patch.size);
   patch.mark(projector, disc_tiles_);
 
   const std::array<float, 4> parameters{static_cast<float>(disc.p_WD.x()), static_cast<float>(disc.p_WD.y()),

@@ -80,9 +80,8 @@ void ShadowLayer::draw_arm(const ShadowMesh& shadows) {
         coarse_loss_[i] += 1.0F - encoded * encoded;
       }
     }
-    std::transform(coarse_loss_.begin(), coarse_loss_.end(), coarse_.begin(), [](float loss) {
-      return static_cast<std::uint8_t>(255.0F * std::sqrt(std::max(1.0F - loss, 0.0F)) + 0.5F);
-    });
+    std::transform(coarse_loss_.begin(), coarse_loss_.end(), coarse_.begin(),
+                   [](float loss) { return static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt(std::max(1.0F - loss, 0.0F)))); });
   }
   glDisable(GL_BLEND);
   shadows.arm_tiles().for_each_run([&](const PixelRect& run) { enlarge(run); });

@@ -26,7 +26,7 @@ class TileGrid {
         height_{height},
         columns_{(width + kTile - 1) / kTile},
         rows_{(height + kTile - 1) / kTile},
-        marked_(static_cast<std::size_t>(columns_ * rows_), 0) {}
+        marked_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), 0) {}
 
   void clear() { std::fill(marked_.begin(), marked_.end(), std::uint8_t{0}); }
   void mark_all() { std::fill(marked_.begin(), marked_.end(), std::uint8_t{1}); }
@@ -49,6 +49,18 @@ class TileGrid {
 
   void unmark(const TileGrid& other) {
     for (std::size_t i = 0; i < marked_.size(); ++i) marked_[i] = static_cast<std::uint8_t>(marked_[i] & ~other.marked_[i]);
+  }
+
+  /// Leaves only what is marked there, too.
+  void keep(const TileGrid& other) {
+    for (std::size_t i = 0; i < marked_.size(); ++i) marked_[i] &= other.marked_[i];
+  }
+
+  bool meets(const TileGrid& other) const {
+    for (std::size_t i = 0; i < marked_.size(); ++i) {
+      if ((marked_[i] & other.marked_[i]) != 0) return true;
+    }
+    return false;
   }
 
   bool empty() const {
@@ -82,7 +94,9 @@ class TileGrid {
   }
 
  private:
-  std::size_t index(int column, int row) const { return static_cast<std::size_t>(row * columns_ + column); }
+  std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
+  }
   /// Clamped before the conversion, so that far-away coordinates do not overflow; one beyond the grid on either side means outside.
   static int tile_of(double coordinate, int count) {
     return static_cast<int>(std::clamp(std::floor((coordinate + 0.5) / kTile), -1.0, static_cast<double>(count)));

@@ -14,7 +14,11 @@ SimSettings begin(SimSettings settings, Time start, std::uint64_t session) {
 }  // namespace
 
 CellWorld::CellWorld(const ArmDescription& arm, const SimBridgeConfig& config, Time start, std::uint64_t session)
-    : config_{config}, world_{arm, begin(config.sim, start, session)}, last_state_{world_.joint_state()}, next_frame_{start} {}
+    : config_{config},
+      world_{arm, begin(config.sim, start, session)},
+      last_state_{world_.joint_state()},
+      delay_{config.camera_latency, config.camera_jitter, config.camera.seed},
+      next_frame_{start} {}
 
 std::optional<std::string> CellWorld::carry_out(const WorldOrder& order) {
   switch (order.verb) {
@@ -77,7 +81,7 @@ std::optional<Shot> CellWorld::shot() {
   Shot shot;
   world_.snapshot(shot.snapshot);
   shot.seq = ++frame_seq_;
-  shot.due = now + config_.camera_latency + from_seconds(faults_.get(Fault::kCameraLate).value_or(0.0));
+  shot.due = delay_.due(now, from_seconds(faults_.get(Fault::kCameraLate).value_or(0.0)));
   shot.brightness = config_.camera.exposure.brightness * faults_.get(Fault::kCameraDark).value_or(1.0);
   shot.moved = faults_.get(Fault::kCameraMoved).value_or(0.0);
   shot.frozen = faults_.has(Fault::kCameraFrozen);

@@ -5,6 +5,7 @@
 #include "common/urdf/arm_description.hpp"
 #include "sim_bridge/faults.hpp"
 #include "sim_bridge/node/camera_feed.hpp"
+#include "sim_bridge/node/frame_delay.hpp"
 #include "sim_bridge/sim_bridge_config.hpp"
 #include "sim_bridge/world/sim_world.hpp"
 
@@ -59,6 +60,7 @@ class CellWorld {
   std::uint64_t control_seq_ = 0;
   std::uint64_t truth_seq_ = 0;
   std::uint64_t frame_seq_ = 0;
+  FrameDelay delay_;
   Time next_frame_;
 };
 

@@ -241,7 +241,11 @@ void SimWorld::snapshot(WorldSnapshot& into) const {
   into.discs.clear();
   for (std::size_t i = 0; i < world.table_.size(); ++i) into.discs.push_back(world.table_.state(i));
   into.X_WL.clear();
-  for (int i = 0; i < world.arm_.dynamics().joints(); ++i) into.X_WL.push_back(world.arm_.X_WL(i));
+  into.V_WL.clear();
+  for (int i = 0; i < world.arm_.dynamics().joints(); ++i) {
+    into.X_WL.push_back(world.arm_.X_WL(i));
+    into.V_WL.push_back({world.arm_.w_WL(i), world.arm_.v_WL(i)});
+  }
 }
 
 SimTruth SimWorld::truth() const {

@@ -2,6 +2,7 @@
 #include "common/urdf/arm_description.hpp"
 #include "sim_bridge/faults.hpp"
 #include "sim_bridge/node/cell_world.hpp"
+#include "sim_bridge/node/frame_delay.hpp"
 #include "sim_bridge/node/mailbox.hpp"
 #include "sim_bridge/node/pace.hpp"
 #include "sim_bridge/node/physics_figures.hpp"
@@ -168,8 +169,9 @@ TEST_F(CellWorldTest, TakesPicturesAtTheFrameRateAndWithLatency) {
   ASSERT_EQ(shots.size(), 30U);
   for (std::size_t i = 0; i < shots.size(); ++i) {
     EXPECT_EQ(shots[i].seq, i + 1);
-    EXPECT_EQ(shots[i].due - shots[i].snapshot.stamp, milliseconds{66});
+    EXPECT_NEAR(to_seconds(shots[i].due - shots[i].snapshot.stamp), 0.066, 0.020);
     if (i == 0) continue;
+    EXPECT_GT(shots[i].due, shots[i - 1].due);
     EXPECT_NEAR(to_seconds(shots[i].snapshot.stamp - shots[i - 1].snapshot.stamp), 1.0 / 30.0, 1e-3);
   }
   world.slip(seconds{10});
@@ -184,7 +186,7 @@ TEST_F(CellWorldTest, CameraFaultsReachThePictures) {
   const auto shot = world.shot();
   ASSERT_TRUE(shot);
   EXPECT_DOUBLE_EQ(shot->brightness, 0.02);
-  EXPECT_EQ(shot->due - shot->snapshot.stamp, milliseconds{566});
+  EXPECT_NEAR(to_seconds(shot->due - shot->snapshot.stamp), 0.566, 0.020);
   EXPECT_TRUE(shot->frozen);
   EXPECT_EQ(set(Fault::kCameraSilent), std::nullopt);
   run(100);
@@ -288,6 +290,39 @@ TEST(DiscsOf, GivesMassByAreaAndJittersGapsRepeatably) {
   EXPECT_GE(gap, 0.0);
   EXPECT_LE(gap, 1e-3);
   EXPECT_EQ(opened[1].p_WD, discs_of(pair, config, cell)[1].p_WD);
+}
+
+TEST(FrameDelay, StaysWithinItsJitterAndKeepsTheOrder) {
+  using std::chrono::milliseconds;
+  FrameDelay delay{milliseconds{66}, milliseconds{20}, 5}, same{milliseconds{66}, milliseconds{20}, 5};
+  Time exposed = time_from_ns(1'000'000'000), last{};
+  Duration least = std::chrono::hours{1}, most{};
+  for (int i = 0; i < 2000; ++i, exposed += milliseconds{33}) {
+    const Time due = delay.due(exposed);
+    EXPECT_EQ(due, same.due(exposed));
+    EXPECT_GT(due, last);
+    least = std::min<Duration>(least, due - exposed);
+    most = std::max<Duration>(most, due - exposed);
+    last = due;
+  }
+  EXPECT_GE(least, milliseconds{46});
+  EXPECT_LE(most, milliseconds{86});
+  EXPECT_LT(least, milliseconds{48}) << "the whole range is used";
+  EXPECT_GT(most, milliseconds{84});
+}
+
+TEST(FrameDelay, FasterThanItsJitterTheOrderIsStillKept) {
+  using std::chrono::milliseconds;
+  FrameDelay delay{milliseconds{66}, milliseconds{60}, 5};
+  Time exposed = time_from_ns(1'000'000'000), last{};
+  for (int i = 0; i < 2000; ++i, exposed += milliseconds{8}) {
+    const Time due = delay.due(exposed);
+    EXPECT_GT(due, last);
+    EXPECT_GE(due, exposed);
+    last = due;
+  }
+  FrameDelay exact{milliseconds{66}, Duration::zero(), 5};
+  EXPECT_EQ(exact.due(exposed) - exposed, milliseconds{66});
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
+#include "common/config/camera_file.hpp"
 #include "sim_bridge/camera/projector.hpp"
 #include "tests/sim_bridge/camera_picture.hpp"
 
 #include <gtest/gtest.h>
+#include <opencv2/calib3d.hpp>
 
 #include <cmath>
 #include <numbers>
@@ -119,6 +121,62 @@ TEST(CameraProjection, OutlinesFollowADistortingLens) {
   CameraModel camera = support::cell_camera();
   camera.distortion = {-0.17, 0.04, 0.001, -0.0008, 0.0};  // a wide-angle lens: 40 px in the corners
   expect_outlines_agree(camera, "distorting lens");
+}
+
+/// Where OpenCV, which knows nothing of our camera model, sees a point.
+Vector2 by_opencv(const CameraModel& camera, const Vector3& p_W) {
+  const Vector3 p_C = camera.X_WC.inverse() * p_W;
+  const cv::Matx33d intrinsics{camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0};
+  std::vector<cv::Point2d> pixels;
+  cv::projectPoints(std::vector{cv::Point3d{p_C.x(), p_C.y(), p_C.z()}}, cv::Vec3d{}, cv::Vec3d{}, intrinsics, camera.distortion, pixels);
+  return {pixels.front().x, pixels.front().y};
+}
+
+TEST(CameraProjection, OutlinesUnderALensLieWhereOpenCvProjectsThem) {
+  const CameraModel camera = load_camera(BREAKSHOT_SOURCE_DIR "/config/cameras/d435i_lens.yaml");
+  support::SceneRenderer renderer{plain_settings(), camera};
+  double bent = 0.0;
+  for (const double x : {-0.45, -0.2, 0.1, 0.42}) {
+    for (const double y : {-0.2, 0.0, 0.22}) {
+      for (const double radius : {0.02, 0.05}) {
+        const auto disc = support::disc_at(x, y, 2, radius);
+        const auto scene = renderer.take({&disc, 1});
+        double mean = 0.0;
+        int points = 0;
+        for (int i = 0; i < 90; ++i) {
+          const double angle = 2.0 * std::numbers::pi * i / 90;
+          const Vector2 outward{std::cos(angle), std::sin(angle)};
+          const Vector2 rim = disc.p_WD + radius * outward;
+          if (outward.dot(rim) < 0.02) continue;  // there the side, not the top, stands against the table
+          const auto seen = [&](double a) { return by_opencv(camera, {x + radius * std::cos(a), y + radius * std::sin(a), disc.height}); };
+          const Vector2 pixel = seen(angle);
+          Vector2 normal = perpendicular((seen(angle + 1e-3) - pixel).normalized());
+          if (normal.dot(pixel - by_opencv(camera, {x, y, disc.height})) < 0.0) normal = -normal;
+          const auto offset = edge_offset(scene.color, pixel, normal);
+          if (!offset) continue;
+          ++points;
+          mean += *offset;
+          CameraModel straight = camera;
+          straight.distortion = {};
+          bent = std::max(bent, (*straight.project({rim.x(), rim.y(), disc.height}) - pixel).norm());
+        }
+        if (points < 20) continue;  // out of the picture, or all of it below the camera
+        EXPECT_LT(std::abs(mean / points), 0.05) << x << " " << y << " " << radius;
+      }
+    }
+  }
+  EXPECT_GT(bent, 5.0) << "the lens bends";
+}
+
+TEST(CameraProjection, TheModelIsOpenCvs) {
+  const CameraModel camera = load_camera(BREAKSHOT_SOURCE_DIR "/config/cameras/d435i_lens.yaml");
+  const Projector projector{camera};
+  for (double x = -0.5; x <= 0.5; x += 0.1) {
+    for (double y = -0.3; y <= 0.3; y += 0.1) {
+      const Vector3 p_W{x, y, 0.1 * x * x};
+      EXPECT_LT((projector.project(p_W).pixel - by_opencv(camera, p_W)).norm(), 1e-9) << p_W.transpose();
+    }
+  }
 }
 
 TEST(CameraProjection, ClipCoordinatesAreThePixelsOfTheModel) {
