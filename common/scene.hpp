@@ -69,15 +69,15 @@ struct Scene {
   std::uint64_t frame_seq = 0;  ///< sequence number of the colour frame that it was made from
   Time exposed{};               ///< when that frame was exposed
   SceneQuality quality = SceneQuality::kOk;
-  double max_speed = 0.0;        ///< fastest disc since the last frame, m/s; infinity when a disc came or went
+  double max_speed = 0.0;  ///< fastest disc since the last frame, m/s; infinity when a disc came or went
   /// Every disc rests: by all that was seen of them since they last moved, none is faster than kRestSpeed, with 95 % confidence. Also true of an
   /// empty table.
   bool at_rest = false;
-  Duration age{};                ///< from the exposure to when the scene was sent; 0 where stamps are not of the clock that people live by (lockstep)
+  Duration age{};  ///< from the exposure to when the scene was sent; 0 where stamps are not of the clock that people live by (lockstep)
   std::vector<SceneDisc> discs;  ///< at most kMaxSceneDiscs
   std::vector<SceneContact> contacts;
   std::vector<ForeignObject> foreign;  ///< at most kMaxSceneForeign
-  std::string text;  ///< for people, when quality is not kOk
+  std::string text;                    ///< for people, when quality is not kOk
 };
 
 const char* to_string(SceneQuality quality) noexcept;

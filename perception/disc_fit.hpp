@@ -85,8 +85,8 @@ class DiscFitter {
   const ArmMask& arm_;
   std::vector<Vector2> directions_;  // all around
   Vector3 up_C_;                     // z of W
-  float level_ = 1.0F;            // of the light, 1 for the reference or more
-  std::array<float, 256> light_;  // of an encoded value, scaled to [0, 255]
+  float level_ = 1.0F;               // of the light, 1 for the reference or more
+  std::array<float, 256> light_;     // of an encoded value, scaled to [0, 255]
 };
 
 }  // namespace breakshot::perception

@@ -110,7 +110,8 @@ void ForeignObjects::find_paint(std::span<const Region> regions, std::span<const
 }
 
 double ForeignObjects::height(const DepthFrame& depth, int x, int y) const noexcept {
-  const std::uint16_t range = depth.depth[static_cast<std::size_t>(y) * static_cast<std::size_t>(depth.width) + static_cast<std::size_t>(x)];
+  const std::uint16_t range =
+      depth.depth[static_cast<std::size_t>(y) * static_cast<std::size_t>(depth.width) + static_cast<std::size_t>(x)];
   const int columns = (view_.camera.width - kGlance / 2 + kGlance - 1) / kGlance;
   const float slope = slope_[static_cast<std::size_t>(y / kGlance * columns + x / kGlance)];
   if (range == 0) return std::numeric_limits<double>::quiet_NaN();

@@ -28,7 +28,8 @@ std::optional<cv::Vec3d> middle_of(const cv::Mat3b& rgb, const View& view, const
   constexpr int kHalf = 3;  // px
   const auto pixel = view.camera.project({disc.p_WD.x(), disc.p_WD.y(), view.disc_height});
   if (!pixel) return std::nullopt;
-  const cv::Rect box{static_cast<int>(std::lround(pixel->x())) - kHalf, static_cast<int>(std::lround(pixel->y())) - kHalf, 2 * kHalf + 1, 2 * kHalf + 1};
+  const cv::Rect box{static_cast<int>(std::lround(pixel->x())) - kHalf, static_cast<int>(std::lround(pixel->y())) - kHalf, 2 * kHalf + 1,
+                     2 * kHalf + 1};
   if ((box & cv::Rect{{0, 0}, rgb.size()}) != box) return std::nullopt;
   const cv::Scalar mean = cv::mean(rgb(box));
   if (std::max({mean[0], mean[1], mean[2]}) >= kClipped) return std::nullopt;

@@ -65,8 +65,8 @@ std::optional<std::string> ImageCheck::frozen(const Bands& bands) const {
   }
   if (same == 0) return std::nullopt;
   if (same == kBands) return "found the content of the frame before it under a new stamp";
-  return "found the content of the frame before it in " + std::to_string(same) + " of " + std::to_string(kBands) + " bands of rows, the first from row " +
-         std::to_string(first * height_ / kBands) + " on";
+  return "found the content of the frame before it in " + std::to_string(same) + " of " + std::to_string(kBands) +
+         " bands of rows, the first from row " + std::to_string(first * height_ / kBands) + " on";
 }
 
 ImageCheck::ImageCheck(int width, int height, double dark_level) : width_{width}, height_{height}, dark_level_{dark_level} {}

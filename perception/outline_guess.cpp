@@ -17,15 +17,15 @@ constexpr std::size_t kStride = 2;      // outline pixels per point: neighbours 
 constexpr std::size_t kHoleStride = 1;  // the holes between discs are small
 constexpr std::size_t kReach = 3;       // points to each side over which directions are taken
 constexpr double kTolerance = 1.0e-3;   // m: an outline of whole pixels is off by half a pixel of 0.9 mm, plus as much for blur
-constexpr double kFacing = 0.80;        // cosine of the angle between an outline's normal and the circle's: 6 px know it to 15 degrees or so
-constexpr double kCorner = 0.45;        // rad: an outline that turns by so much more or less than discs do passes from one disc to another
-constexpr std::size_t kLeastPoints = 3; // of an arc
-constexpr std::size_t kLeastToCut = 12; // points: shorter arcs are not cut in two
-constexpr double kMinArc = 1.0;         // rad: less of an outline says too little about a circle
-constexpr double kShort = 2.6;          // rad: longer arcs know their circle without a second one
-constexpr double kMinFill = 0.25;       // share of the circle that the patch must cover: more than half of it may be hidden behind the arm
-constexpr double kOverlap = 4e-3;       // m by which two guesses may overlap: errors of both
-constexpr int kSectors = 36;            // of a circumference, to count how much of it has points: no fewer than sectors on the smallest disc
+constexpr double kFacing = 0.80;  // cosine of the angle between an outline's normal and the circle's: 6 px know it to 15 degrees or so
+constexpr double kCorner = 0.45;  // rad: an outline that turns by so much more or less than discs do passes from one disc to another
+constexpr std::size_t kLeastPoints = 3;  // of an arc
+constexpr std::size_t kLeastToCut = 12;  // points: shorter arcs are not cut in two
+constexpr double kMinArc = 1.0;          // rad: less of an outline says too little about a circle
+constexpr double kShort = 2.6;           // rad: longer arcs know their circle without a second one
+constexpr double kMinFill = 0.25;        // share of the circle that the patch must cover: more than half of it may be hidden behind the arm
+constexpr double kOverlap = 4e-3;        // m by which two guesses may overlap: errors of both
+constexpr int kSectors = 36;  // of a circumference, to count how much of it has points: no fewer than sectors on the smallest disc
 
 struct OutlinePoint {
   Vector2 p_W, n_W;  // on the plane of its rim; out of the patch
@@ -56,8 +56,7 @@ class PatchSearch {
     std::vector<Candidate> candidates = propose();
     std::vector<Circle> taken;
     while (!candidates.empty()) {
-      const auto best =
-          std::max_element(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.arc < b.arc; });
+      const auto best = std::max_element(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.arc < b.arc; });
       // Counted again when it comes up: a better one may have taken some of its points since.
       const double arc = polish(best->circle);
       if (arc < 0.95 * best->arc) {

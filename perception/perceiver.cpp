@@ -217,7 +217,10 @@ class Perceiver::Impl {
       contact.a = static_cast<std::uint16_t>(found.a);
       contact.b = static_cast<std::uint16_t>(found.b);
       contact.gap = gap_between(a, b);
-      contact.p_touch = settings_.method == Method::kPaper ? 1.0 : touch_probability(contact.gap, std::sqrt(gap_variance(a, b, settings_.edge_common_sigma)), settings_.touch_gap);
+      contact.p_touch =
+          settings_.method == Method::kPaper
+              ? 1.0
+              : touch_probability(contact.gap, std::sqrt(gap_variance(a, b, settings_.edge_common_sigma)), settings_.touch_gap);
       contact.push_start_W = found.push_start_W;
       contact.push_direction_W = found.push_direction_W;
       contact.contour_length = found.contour_length;

@@ -60,7 +60,8 @@ class Segmenter {
 
   int colours_;
   cv::Mat kernel_;
-  std::vector<std::uint8_t> table_;  // RGB under the reference light, 6 bits each, to label: 0 for none, else colour index + 1, or colours_ + 1
+  std::vector<std::uint8_t>
+      table_;  // RGB under the reference light, 6 bits each, to label: 0 for none, else colour index + 1, or colours_ + 1
   std::array<std::array<std::uint32_t, 256>, 3> index_{};  // a channel's part of the index into table_, under the light of now
   cv::Mat1b labels_;
   std::vector<int> tile_counts_;  // labelled pixels per colour and tile

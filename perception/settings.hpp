@@ -57,8 +57,8 @@ struct PerceptionSettings {
   // The section `perception`.
   Method method = Method::kRobust;
   std::array<double, 3> table_rgb{194.0, 191.0, 184.0};  ///< colour of the table under the reference light, encoded, [0, 255]
-  double radius_min = 0.015, radius_max = 0.060;  ///< what counts as a disc, m
-  int morphology_px = 3;                          ///< side of the square of opening and closing, px, odd
+  double radius_min = 0.015, radius_max = 0.060;         ///< what counts as a disc, m
+  int morphology_px = 3;                                 ///< side of the square of opening and closing, px, odd
   /// Exponent of the camera's encoding, by which pixel values become light before edges are measured: 2.2 for a real camera, whose pixels
   /// average light; 1 for the simulator, whose pixels average encoded values. A wrong one shifts edges by up to 0.2 px.
   double edge_gamma = 1.0;
@@ -66,7 +66,7 @@ struct PerceptionSettings {
   // The errors of an edge point, as measured on rendered images (breakshot-bench-perception): what is independent from point to point is
   // taken from the fit's own residuals, but not below the floor; what neighbouring points share, and what all points share, is not seen there.
   double edge_sigma_floor = 50e-6;   ///< m
-  double edge_patch_sigma = 24e-6;   ///< shared by the points of an eighth of the outline (shading, sampling), m
+  double edge_patch_sigma = 22e-6;   ///< shared by the points of an eighth of the outline (shading, sampling), m
   double edge_common_sigma = 10e-6;  ///< shared by all points: goes into the radius, not into the centre, m
   double touch_gap = 0.5e-3;         ///< pairs nearer than this touch; p_touch = P(gap < touch_gap), m
   double arm_margin = 0.006;         ///< the arm hides so much more than its shapes say (needs the poses of its links), m

@@ -119,8 +119,8 @@ std::optional<TableLight> LightMeter::measure(const ColorFrame& frame, std::stri
   light.clipped_share = share_of_white;
   light.table_share = static_cast<double>(table) / seen;
   if (most == 0 || light.table_share < kLeast) {
-    why = "found no table: its colour takes " + std::to_string(static_cast<int>(100.0 * light.table_share)) + " % of the picture under any lamp; at least " +
-          std::to_string(static_cast<int>(100.0 * kLeast)) + " % is needed";
+    why = "found no table: its colour takes " + std::to_string(static_cast<int>(100.0 * light.table_share)) +
+          " % of the picture under any lamp; at least " + std::to_string(static_cast<int>(100.0 * kLeast)) + " % is needed";
     const double along = lamp(static_cast<double>(odd_u) / kBinsPerOctave, static_cast<double>(odd_v) / kBinsPerOctave).along;
     if (most_anywhere > seen / 4 && along < kCoolest) why += " (most of it is bluer than any lamp makes it: are red and blue swapped?)";
     return std::nullopt;

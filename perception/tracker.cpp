@@ -10,11 +10,11 @@ namespace {
 constexpr Duration kForget = std::chrono::seconds{10};  // longer than any stroke hides a disc
 constexpr double kSlack = 0.010;                        // m: a partial outline may jump when the rest of it comes into view
 
-constexpr double kNoise = 15e-6;                        // m: of a place from frame to frame, before it has been learnt
+constexpr double kNoise = 15e-6;  // m: of a place from frame to frame, before it has been learnt
 constexpr double kLeastNoise = 3e-6, kMostNoise = 80e-6;
-constexpr double kHardlyMoved = 150e-6;   // m from frame to frame: further is motion, and teaches nothing about noise
-constexpr double kLearnt = 1.0 / 64.0;    // share of one displacement in what is believed of the noise
-constexpr double kTwoAxes95 = 2.4477;     // 95 % of a normal distribution of two axes lie within so many standard deviations
+constexpr double kHardlyMoved = 150e-6;  // m from frame to frame: further is motion, and teaches nothing about noise
+constexpr double kLearnt = 1.0 / 64.0;   // share of one displacement in what is believed of the noise
+constexpr double kTwoAxes95 = 2.4477;    // 95 % of a normal distribution of two axes lie within so many standard deviations
 
 }  // namespace
 

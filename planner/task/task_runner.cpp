@@ -274,7 +274,8 @@ void TaskRunner::on_tick(Time now, Duration real) {
   if (!looking || link_.active()) return;
   watch_.wait(passed);
   if (watch_.silent()) {
-    fail(watch_.foreign() ? TaskFailure::kForeignObject : TaskFailure::kNoScene, watch_.trouble().empty() ? "no scene comes from perception" : watch_.trouble(), now);
+    fail(watch_.foreign() ? TaskFailure::kForeignObject : TaskFailure::kNoScene,
+         watch_.trouble().empty() ? "no scene comes from perception" : watch_.trouble(), now);
   } else if (watch_.restless(now)) {
     fail(TaskFailure::kNoScene, watch_.trouble().empty() ? "the discs do not come to rest" : watch_.trouble(), now);
   }

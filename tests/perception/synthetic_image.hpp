@@ -22,7 +22,7 @@ struct SyntheticDisc {
 /// A level plate over the table.
 struct SyntheticPlate {
   Rect area;
-  double height = 0.0;                     ///< m
+  double height = 0.0;                      ///< m
   Eigen::Vector3d paint{0.35, 0.36, 0.37};  ///< linear reflectance
 };
 
@@ -31,12 +31,12 @@ struct SyntheticPlate {
 struct SyntheticScene {
   std::vector<SyntheticDisc> discs;
   std::vector<SyntheticPlate> plates;  ///< the first one that a ray meets is seen, so list the highest first
-  std::optional<Rect> arm;     ///< a grey plate at arm_height
-  double arm_height = 0.25;    ///< m
-  double brightness = 1.0;     ///< factor on the light
-  double light_azimuth = 0.7;  ///< rad: where the walls are brightest
-  double noise = 2.0;          ///< standard deviation per channel, of 255
-  double blur = 0.6;           ///< standard deviation of the lens's blur, px
+  std::optional<Rect> arm;             ///< a grey plate at arm_height
+  double arm_height = 0.25;            ///< m
+  double brightness = 1.0;             ///< factor on the light
+  double light_azimuth = 0.7;          ///< rad: where the walls are brightest
+  double noise = 2.0;                  ///< standard deviation per channel, of 255
+  double blur = 0.6;                   ///< standard deviation of the lens's blur, px
 };
 
 struct SyntheticFrames {

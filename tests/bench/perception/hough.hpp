@@ -20,7 +20,7 @@ struct HoughSettings {
 std::string to_string(const HoughSettings& settings);
 
 /// Circles of HoughCircles, put on the plane of the discs' top faces and so freed of parallax; pairs whose gap is below `touch_gap` touch.
-Finding hough(const ColorFrame& frame, const CameraModel& camera, double disc_height, double radius_min, double radius_max, double touch_gap,
-              const HoughSettings& settings);
+Finding hough(const ColorFrame& frame, const CameraModel& camera, double disc_height, double radius_min, double radius_max,
+              double touch_gap, const HoughSettings& settings);
 
 }  // namespace breakshot::bench

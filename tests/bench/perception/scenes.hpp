@@ -11,7 +11,7 @@ namespace breakshot::bench {
 
 struct SceneOptions {
   int discs_min = 2, discs_max = 12;
-  double gap_max = 5e-3;     ///< of a disc to the one that it is put beside, m; drawn evenly from 0
+  double gap_max = 5e-3;       ///< of a disc to the one that it is put beside, m; drawn evenly from 0
   bool equal_colours = false;  ///< all discs of a scene in one
 };
 

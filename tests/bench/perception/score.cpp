@@ -35,7 +35,8 @@ void Score::add(const Finding& finding, std::span<const sim_bridge::DiscState> t
     const auto nearest = std::min_element(truth.begin(), truth.end(), [&](const auto& a, const auto& b) {
       return (a.p_WD - disc.p_WD).squaredNorm() < (b.p_WD - disc.p_WD).squaredNorm();
     });
-    if (nearest == truth.end() || (nearest->p_WD - disc.p_WD).norm() > kMatch || of[static_cast<std::size_t>(nearest - truth.begin())] != kNone) {
+    if (nearest == truth.end() || (nearest->p_WD - disc.p_WD).norm() > kMatch ||
+        of[static_cast<std::size_t>(nearest - truth.begin())] != kNone) {
       ++invented;
       continue;
     }
@@ -48,6 +49,11 @@ void Score::add(const Finding& finding, std::span<const sim_bridge::DiscState> t
     radius2 += radius_error * radius_error;
     radius_sum += radius_error;
     radius_max = std::max(radius_max, std::abs(radius_error));
+    if (verbose && (error.norm() > 0.3e-3 || std::abs(radius_error) > 0.3e-3)) {
+      std::printf("  scene %d: poor at (%.4f, %.4f) m: centre off by (%.3f, %.3f) mm, radius %.1f mm by %.3f mm, sigmas %.3f and %.3f mm\n",
+                  scenes, nearest->p_WD.x(), nearest->p_WD.y(), 1e3 * error.x(), 1e3 * error.y(), 1e3 * nearest->radius, 1e3 * radius_error,
+                  1e3 * std::sqrt(0.5 * disc.covariance.trace()), 1e3 * disc.radius_sigma);
+    }
     if (!disc.has_covariance) continue;
     ++scene_discs;
     scene_nees += error.dot(disc.covariance.inverse() * error);
@@ -55,8 +61,8 @@ void Score::add(const Finding& finding, std::span<const sim_bridge::DiscState> t
   }
   for (std::size_t t = 0; t < truth.size() && verbose; ++t) {
     if (of[t] != kNone) continue;
-    std::printf("  scene %d: missed colour %d, radius %.1f mm, at (%.4f, %.4f) m\n", scenes, truth[t].colour, 1e3 * truth[t].radius, truth[t].p_WD.x(),
-                truth[t].p_WD.y());
+    std::printf("  scene %d: missed colour %d, radius %.1f mm, at (%.4f, %.4f) m\n", scenes, truth[t].colour, 1e3 * truth[t].radius,
+                truth[t].p_WD.x(), truth[t].p_WD.y());
   }
   missed += static_cast<int>(std::count(of.begin(), of.end(), kNone));
   if (scene_discs > 0) {
@@ -92,8 +98,8 @@ void Score::add(const Finding& finding, std::span<const sim_bridge::DiscState> t
       gap_sum += error;
       gap_max = std::max(gap_max, std::abs(error));
       const Vector2 n_AB = (disc_b.p_WD - disc_a.p_WD).normalized();
-      const double variance = n_AB.dot((disc_a.covariance + disc_b.covariance) * n_AB) + std::pow(disc_a.radius_sigma, 2) +
-                              std::pow(disc_b.radius_sigma, 2);
+      const double variance =
+          n_AB.dot((disc_a.covariance + disc_b.covariance) * n_AB) + std::pow(disc_a.radius_sigma, 2) + std::pow(disc_b.radius_sigma, 2);
       if (disc_a.has_covariance && disc_b.has_covariance) gap_nees += error * error / variance;
     }
   }
@@ -134,16 +140,18 @@ nlohmann::json Score::metrics() const {
 }
 
 void Score::print_head() {
-  std::printf("%-14s %-7s %6s %6s %5s | %6s %6s | %6s %6s | %6s %6s | %6s %6s %6s | %5s %5s %5s %5s | %6s\n", "lighting", "method", "discs", "missed",
-              "inv.", "centre", "max", "radius", "max", "gap", "max", "F1", "clear", "false", "NEES", "band", "rad.", "gap", "ms");
+  std::printf("%-14s %-7s %6s %6s %5s | %6s %6s | %6s %6s | %6s %6s | %6s %6s %6s | %5s %5s %5s %5s | %6s\n", "lighting", "method", "discs",
+              "missed", "inv.", "centre", "max", "radius", "max", "gap", "max", "F1", "clear", "false", "NEES", "band", "rad.", "gap",
+              "ms");
 }
 
 void Score::print_row(const std::string& lighting, const std::string& method) const {
   const nlohmann::json m = metrics();
   const auto number = [&](const char* key) { return m[key].get<double>(); };
-  std::printf("%-14s %-7s %6d %6d %5d | %6.3f %6.3f | %6.3f %6.3f | %6.3f %6.3f | %6.3f %6.3f %6d |", lighting.c_str(), method.c_str(), discs + missed,
-              missed, invented, number("centre_rms_mm"), number("centre_max_mm"), number("radius_rms_mm"), number("radius_max_mm"),
-              number("gap_rms_mm"), number("gap_max_mm"), number("touch_f1"), number("touch_f1_clear"), false_contacts);
+  std::printf("%-14s %-7s %6d %6d %5d | %6.3f %6.3f | %6.3f %6.3f | %6.3f %6.3f | %6.3f %6.3f %6d |", lighting.c_str(), method.c_str(),
+              discs + missed, missed, invented, number("centre_rms_mm"), number("centre_max_mm"), number("radius_rms_mm"),
+              number("radius_max_mm"), number("gap_rms_mm"), number("gap_max_mm"), number("touch_f1"), number("touch_f1_clear"),
+              false_contacts);
   if (m.contains("nees")) {
     std::printf(" %5.2f %5.2f %5.2f %5.2f |", number("nees"), number("scenes_in_nees_band"), number("radius_nees"), number("gap_nees"));
   } else {

@@ -24,7 +24,7 @@ struct FoundDisc {
 struct Finding {
   std::vector<FoundDisc> discs;
   std::vector<std::pair<std::size_t, std::size_t>> touching;  ///< pairs of them that it calls touching, the smaller index first
-  std::size_t foreign = 0;  ///< objects that it calls neither disc nor table
+  std::size_t foreign = 0;                                    ///< objects that it calls neither disc nor table
   double cpu_ms = 0.0;
 };
 
@@ -33,7 +33,7 @@ class Score {
  public:
   void add(const Finding& finding, std::span<const sim_bridge::DiscState> truth);
 
-  bool verbose = false;  ///< name every disc that is missed
+  bool verbose = false;  ///< name every disc that is missed or measured poorly
   double f1() const noexcept;
   /// Metrics as in design.md, section 7, without the method's name.
   nlohmann::json metrics() const;

@@ -65,9 +65,9 @@ class TaskCell {
   bool camera_dead = false;
   SceneQuality quality = SceneQuality::kOk;
   std::vector<ForeignObject> foreign;  ///< that perception reports
-  double noise_speed = 0.003;         ///< that perception reports of a table at rest, m/s
-  std::optional<std::size_t> hidden;  ///< a disc that perception does not see
-  int hidden_scenes = 1'000'000;      ///< for how many scenes
+  double noise_speed = 0.003;          ///< that perception reports of a table at rest, m/s
+  std::optional<std::size_t> hidden;   ///< a disc that perception does not see
+  int hidden_scenes = 1'000'000;       ///< for how many scenes
 
   Time now{std::chrono::seconds{5}};
   TableSim table;
