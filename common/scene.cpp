@@ -43,7 +43,8 @@ std::string describe(const ForeignObject& object) {
 SceneGap gap_between(const SceneDisc& a, const SceneDisc& b) noexcept {
   const Vector2 way = b.p_WD - a.p_WD;
   const Vector2 n_AB = way.norm() > 0.0 ? Vector2{way.normalized()} : Vector2{1.0, 0.0};
-  const double variance = n_AB.dot((a.covariance + b.covariance) * n_AB) + a.radius_sigma * a.radius_sigma + b.radius_sigma * b.radius_sigma;
+  const double variance =
+      n_AB.dot((a.covariance + b.covariance) * n_AB) + a.radius_sigma * a.radius_sigma + b.radius_sigma * b.radius_sigma;
   return {way.norm() - a.radius - b.radius, std::sqrt(std::max(0.0, variance))};
 }
 

@@ -61,7 +61,7 @@ class Canvas {
   void foreign(const ForeignObject& object) {
     circle(object.p_W, object.extent, object.height, kRed, 3, true);
     const cv::Point2d middle = pixel(object.p_W, object.height);
-    const std::string what = object.kind == ForeignObject::Kind::kPaint     ? "no disc"
+    const std::string what = object.kind == ForeignObject::Kind::kPaint      ? "no disc"
                              : object.kind == ForeignObject::Kind::kOffTable ? "off the table"
                                                                              : "foreign";
     label(object.height > 0.0 ? what + ", " + millimetres(object.height, 0) + " high" : what, middle, {0.0, 1.0}, 0.5, kRed);

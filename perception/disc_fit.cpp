@@ -24,13 +24,13 @@ constexpr double kMinContrast =
 // Weight of an edge where the wall meets the table beside one of the top rim: shadow there shifts it by some 0.05 px, by more or less under
 // other lamps.
 constexpr double kTrustInFoot = 0.2;
-constexpr double kTukey = 4.685;       // 95 % efficiency for normal errors (Holland and Welsch 1977)
-constexpr double kPatches = 8.0;       // of an outline that share one draw of edge_patch_sigma
+constexpr double kTukey = 4.685;         // 95 % efficiency for normal errors (Holland and Welsch 1977)
+constexpr double kPatches = 8.0;         // of an outline that share one draw of edge_patch_sigma
 constexpr double kRadiusSlack = 0.5e-3;  // m
-constexpr double kAgree = 4.0;         // of edge_sigma_floor: edges this near to a circle agree with it
-constexpr double kLeastSeen = 0.10;    // share of the outline below which not even neighbours all around excuse a disc
-constexpr double kVaguest = 0.7e-3;    // m: standard deviation of a centre that is worth reporting
-constexpr double kMostlySeen = 0.08;   // share of the outline that highlights and noise may cost a disc in full view
+constexpr double kAgree = 4.0;           // of edge_sigma_floor: edges this near to a circle agree with it
+constexpr double kLeastSeen = 0.10;      // share of the outline below which not even neighbours all around excuse a disc
+constexpr double kVaguest = 0.7e-3;      // m: standard deviation of a centre that is worth reporting
+constexpr double kMostlySeen = 0.08;     // share of the outline that highlights and noise may cost a disc in full view
 
 using Colour = Eigen::Vector3f;
 

@@ -66,7 +66,7 @@ struct PerceptionSettings {
   // The errors of an edge point, as measured on rendered images (breakshot-bench-perception): what is independent from point to point is
   // taken from the fit's own residuals, but not below the floor; what neighbouring points share, and what all points share, is not seen there.
   double edge_sigma_floor = 50e-6;   ///< m
-  double edge_patch_sigma = 24e-6;   ///< shared by the points of an eighth of the outline (shading, sampling), m
+  double edge_patch_sigma = 22e-6;   ///< shared by the points of an eighth of the outline (shading, sampling), m
   double edge_common_sigma = 10e-6;  ///< shared by all points: goes into the radius, not into the centre, m
   double touch_gap = 0.5e-3;         ///< pairs nearer than this touch; p_touch = P(gap < touch_gap), m
   double arm_margin = 0.006;         ///< the arm hides so much more than its shapes say (needs the poses of its links), m

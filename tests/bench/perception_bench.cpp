@@ -127,7 +127,7 @@ class Bench {
         "frame: median %.2f ms of CPU, worst %.2f ms; colour conversion and one pass over it %.2f ms, ratio %.2f\n",
         of_robust["nees_band"][0].get<double>(), of_robust["nees_band"][1].get<double>(), robust.foreign, frame,
         quantile(robust.cpu_ms, 1.0), bound, frame / bound);
-    if (!options_.no_hough) std::printf("hough: %s (found by --tune-hough 120)\n", to_string(HoughSettings{}).c_str());
+    if (!options_.no_hough) std::printf("hough: %s (found by --tune-hough 60)\n", to_string(HoughSettings{}).c_str());
     if (options_.json.empty()) return;
     const auto goal = [&](const char* name, double value, double limit, bool at_least = false) {
       goals[name] = {{"value", value}, {"goal", limit}, {"met", at_least ? value >= limit : value <= limit}};
@@ -215,7 +215,8 @@ class Bench {
     cv::Mat depth(scene.depth.height, scene.depth.width, CV_16UC1, scene.depth.depth.data());
     cv::Mat1b hand(rgb.size(), std::uint8_t{0});
     cv::ellipse(hand, {700, 470}, {75, 95}, 10.0, 0.0, 360.0, 255, cv::FILLED);
-    for (int finger = 0; finger < 4; ++finger) cv::line(hand, {645 + 38 * finger, 420}, {615 + 48 * finger, 270 + 12 * std::abs(finger - 1)}, 255, 26);
+    for (int finger = 0; finger < 4; ++finger)
+      cv::line(hand, {645 + 38 * finger, 420}, {615 + 48 * finger, 270 + 12 * std::abs(finger - 1)}, 255, 26);
     cv::line(hand, {720, 540}, {770, 719}, 255, 95);
     rgb.setTo(cv::Scalar{196, 150, 128}, hand);
     depth.setTo(cv::Scalar{7450}, hand);
@@ -290,11 +291,12 @@ int main(int argc, char** argv) {
   app.add_option("--gap-max", options.scenes.gap_max, "gaps are drawn from 0 to this, m")->check(CLI::Range(0.0, 0.05));
   app.add_flag("--equal-colours", options.scenes.equal_colours, "all discs of a scene in one colour");
   app.add_flag("--no-hough", options.no_hough, "without HoughCircles, which takes most of the time");
-  app.add_flag("--verbose", options.verbose, "name every disc that robust misses");
+  app.add_flag("--verbose", options.verbose, "name every disc that robust misses or measures poorly");
   app.add_option("--tune-hough", options.tune_hough, "only search so many parameter sets for HoughCircles")->check(CLI::Range(1, 100'000));
   app.add_option("--config", options.config, "cell configuration")->check(CLI::ExistingFile);
   app.add_option("--set", options.overrides, "section.key=value: override the configuration");
-  app.add_option("--pictures", options.pictures, "folder for each lighting's last scene as perception sees it")->check(CLI::ExistingDirectory);
+  app.add_option("--pictures", options.pictures, "folder for each lighting's last scene as perception sees it")
+      ->check(CLI::ExistingDirectory);
   app.add_option("--json", options.json, "file for the figures");
   CLI11_PARSE(app, argc, argv);
   try {

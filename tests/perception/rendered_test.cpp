@@ -253,8 +253,8 @@ TEST_F(Rendered, DiscsThatTheBorderCutsAreMeasuredWithLargerCovariance) {
 TEST_F(Rendered, LightOfAnyStrengthAndColourChangesNothing) {
   const auto parked = links(studio_->cell.arm.park);
   using Lamp = std::array<double, 3>;
-  const std::pair<double, Lamp> lights[] = {{0.3, {1.0, 1.0, 1.0}},      {2.0, {1.0, 1.0, 1.0}},   {1.0, {1.0, 0.405, 0.094}},
-                                            {0.3, {1.0, 0.405, 0.094}},  {2.0, {1.0, 0.405, 0.094}}, {1.0, {1.0, 0.626, 0.389}},
+  const std::pair<double, Lamp> lights[] = {{0.3, {1.0, 1.0, 1.0}},     {2.0, {1.0, 1.0, 1.0}},     {1.0, {1.0, 0.405, 0.094}},
+                                            {0.3, {1.0, 0.405, 0.094}}, {2.0, {1.0, 0.405, 0.094}}, {1.0, {1.0, 0.626, 0.389}},
                                             {0.5, {0.72, 0.80, 1.0}}};
   for (const auto& [brightness, lamp] : lights) {
     sim_bridge::Exposure exposure;

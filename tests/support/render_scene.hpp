@@ -43,7 +43,8 @@ class SceneRenderer {
   explicit SceneRenderer(const sim_bridge::CameraSettings& settings = {}, const CameraModel& camera = cell_camera(),
                          const ArmDescription& arm = {}, const Pose& X_WB = Pose{Eigen::Translation3d{-0.5, 0.0, 0.0}});
 
-  RenderedScene take(std::span<const sim_bridge::DiscState> discs, std::uint64_t frame = 0, std::span<const Pose> X_WL = {}, Time stamp = {});
+  RenderedScene take(std::span<const sim_bridge::DiscState> discs, std::uint64_t frame = 0, std::span<const Pose> X_WL = {},
+                     Time stamp = {});
   void set_exposure(const sim_bridge::Exposure& exposure) { camera_.set_exposure(exposure); }
 
  private:

@@ -49,6 +49,11 @@ void Score::add(const Finding& finding, std::span<const sim_bridge::DiscState> t
     radius2 += radius_error * radius_error;
     radius_sum += radius_error;
     radius_max = std::max(radius_max, std::abs(radius_error));
+    if (verbose && (error.norm() > 0.3e-3 || std::abs(radius_error) > 0.3e-3)) {
+      std::printf("  scene %d: poor at (%.4f, %.4f) m: centre off by (%.3f, %.3f) mm, radius %.1f mm by %.3f mm, sigmas %.3f and %.3f mm\n",
+                  scenes, nearest->p_WD.x(), nearest->p_WD.y(), 1e3 * error.x(), 1e3 * error.y(), 1e3 * nearest->radius, 1e3 * radius_error,
+                  1e3 * std::sqrt(0.5 * disc.covariance.trace()), 1e3 * disc.radius_sigma);
+    }
     if (!disc.has_covariance) continue;
     ++scene_discs;
     scene_nees += error.dot(disc.covariance.inverse() * error);
@@ -56,8 +61,8 @@ void Score::add(const Finding& finding, std::span<const sim_bridge::DiscState> t
   }
   for (std::size_t t = 0; t < truth.size() && verbose; ++t) {
     if (of[t] != kNone) continue;
-    std::printf("  scene %d: missed colour %d, radius %.1f mm, at (%.4f, %.4f) m\n", scenes, truth[t].colour, 1e3 * truth[t].radius, truth[t].p_WD.x(),
-                truth[t].p_WD.y());
+    std::printf("  scene %d: missed colour %d, radius %.1f mm, at (%.4f, %.4f) m\n", scenes, truth[t].colour, 1e3 * truth[t].radius,
+                truth[t].p_WD.x(), truth[t].p_WD.y());
   }
   missed += static_cast<int>(std::count(of.begin(), of.end(), kNone));
   if (scene_discs > 0) {

@@ -33,7 +33,7 @@ class Score {
  public:
   void add(const Finding& finding, std::span<const sim_bridge::DiscState> truth);
 
-  bool verbose = false;  ///< name every disc that is missed
+  bool verbose = false;  ///< name every disc that is missed or measured poorly
   double f1() const noexcept;
   /// Metrics as in design.md, section 7, without the method's name.
   nlohmann::json metrics() const;
