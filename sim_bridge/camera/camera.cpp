@@ -247,9 +247,14 @@ class Camera::Implementation {
       }
       moving_tiles_.mark(scene_.tiles());
     }
-    sum_rgb_.assign(image_.rgb.size(), 0);
-    sum_depth_.assign(image_.depth.size(), 0);
-    count_depth_.assign(image_.depth.size(), 0);
+    sum_rgb_.resize(image_.rgb.size());
+    sum_depth_.resize(image_.depth.size());
+    count_depth_.resize(image_.depth.size());
+    for_each_moving_row([&](std::size_t first, std::size_t count) {
+      std::fill_n(&sum_rgb_[3 * first], 3 * count, std::uint16_t{0});
+      std::fill_n(&sum_depth_[first], count, 0U);
+      std::fill_n(&count_depth_[first], count, std::uint8_t{0});
+    });
     for (std::size_t sample = 0; sample < samples; ++sample) {
       scene_.clear();
       add_arm(snapshot, seconds(sample));

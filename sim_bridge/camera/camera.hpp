@@ -11,7 +11,8 @@
 
 namespace breakshot::sim_bridge {
 
-/// Renders what a fixed RGB-D camera over the table sees: colour and depth, perspective, light and shadow, lens and sensor noise.
+/// Renders what a fixed RGB-D camera over the table sees: colour and depth, perspective, lens, light and shadow, motion blur, noise and what stereo
+/// gets wrong. docs/simulator.md lists the effects.
 ///
 /// The table, the floor and the arm's base never change, so they are rendered once; a frame draws only the tiles that discs, moving links and
 /// their shadows touch, and the sensor's noise over the whole image.
@@ -19,7 +20,7 @@ namespace breakshot::sim_bridge {
 /// **Threads.** A camera belongs to no thread: each call makes its GL context current on the calling thread and releases it before it
 /// returns. Calls must not overlap in time (a second thread inside render() gets a CameraError). Several cameras are independent.
 ///
-/// **Repeatable.** The same snapshot, frame number, settings and driver give the same bytes, whatever was rendered before.
+/// **Repeatable.** The same snapshot (its stamp counts where light changes with time), frame number, settings and driver give the same bytes, whatever was rendered before.
 class Camera {
  public:
   /// Starts GL, compiles the shaders and renders the background: 0.2 to 0.5 s.
@@ -37,7 +38,7 @@ class Camera {
   /// Takes one picture.
   ///
   /// Discs that are not on the table are not drawn.
-  /// @param frame   number of the frame: chooses the noise
+  /// @param frame   number of the frame: chooses the noise and the flaws of depth
   /// @param rgb     receives 3 * width * height bytes, row by row from the top left
   /// @param depth   receives width * height values along the optical axis in 0.1 mm, registered to the colour image; 0: no measurement
   /// @throws CameraError when X_WL does not have one pose per link of the arm, a colour index is not in the palette, a span has the wrong
@@ -46,7 +47,7 @@ class Camera {
   /// load the machine's second core. No allocation of ours once the scene's size is steady.
   void render(const WorldSnapshot& snapshot, std::uint64_t frame, std::span<std::uint8_t> rgb, std::span<std::uint16_t> depth);
 
-  /// Changes light and white balance from the next frame on. @throws CameraError when out of range
+  /// Changes light and white balance, on which drift then builds, from the next frame on. @throws CameraError when out of range
   void set_exposure(const Exposure& exposure);
 
   /// Where the camera truly is: as calibrated, and then moved.

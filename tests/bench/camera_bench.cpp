@@ -4,6 +4,7 @@
 #include "common/random.hpp"
 #include "common/urdf/cell_arm.hpp"
 #include "controller/kinematics/inverse_kinematics.hpp"
+#include "sim_bridge/camera/lighting.hpp"
 #include "sim_bridge/sim_bridge_config.hpp"
 #include "tests/bench/report.hpp"
 #include "tests/support/render_scene.hpp"
@@ -24,6 +25,7 @@ struct Options {
   int n = 100;
   std::uint64_t seed = 1;
   std::string config = "config/cell.yaml";
+  std::string lighting;  ///< preset; empty: as configured
   std::string json;
 };
 
@@ -66,7 +68,9 @@ void run(const Options& options) {
     (void)kinematics.links_in_world(q, X_WL);
     return X_WL;
   };
-  Camera camera{load_camera(cell.camera_file), load_sim_bridge_config(document, cell).camera, arm, cell.arm.X_WB};
+  SimBridgeConfig config = load_sim_bridge_config(document, cell);
+  if (!options.lighting.empty()) apply_lighting(config.lighting_folder, options.lighting, config.camera);
+  Camera camera{load_camera(cell.camera_file), config.camera, arm, cell.arm.X_WB};
   WorldSnapshot snapshot;
   snapshot.discs = support::rack_of_six({0.0, 0.0});
 
@@ -97,7 +101,7 @@ void run(const Options& options) {
                                {"working_ms_p95", work.at(0.95)},
                                {"working_ms_max", work.ms.back()}};
   const nlohmann::json goals{{"working_ms_median", {{"value", work.at(0.5)}, {"goal", 15.0}, {"met", work.at(0.5) <= 15.0}}}};
-  const nlohmann::json args{{"n", options.n}, {"seed", options.seed}};
+  const nlohmann::json args{{"n", options.n}, {"seed", options.seed}, {"lighting", options.lighting}};
   bench::write_file(options.json, bench::report("camera", args, metrics, goals).dump(2) + "\n");
 }
 
@@ -110,6 +114,7 @@ int main(int argc, char** argv) {
   app.add_option("--n", options.n, "frames of each kind")->check(CLI::Range(1, 100'000))->capture_default_str();
   app.add_option("--seed", options.seed, "of the arm's poses")->capture_default_str();
   app.add_option("--config", options.config, "cell configuration")->check(CLI::ExistingFile)->capture_default_str();
+  app.add_option("--lighting", options.lighting, "preset in config/lighting (default: as configured)");
   app.add_option("--json", options.json, "file for the figures");
   CLI11_PARSE(app, argc, argv);
   try {
