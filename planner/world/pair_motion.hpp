@@ -29,7 +29,9 @@ inline constexpr double kContactSlack = 1e-9;
 /// When two bodies next collide: the first time from now at which their centres are `reach` apart or less and approach at
 /// kQuietApproach or faster; kNever when that does not happen before both rest (or one's motion ends unknown).
 ///
+/// @param from  a time before which the two are known not to collide, s; saves the way there
+///
 /// Exact to 1e-12 m; no collision is missed however short the graze. No allocation; 10 to 100 ns.
-double next_collision(const Motion& a, const Motion& b, double reach) noexcept;
+double next_collision(const Motion& a, const Motion& b, double reach, double from = 0.0) noexcept;
 
 }  // namespace breakshot::world

@@ -10,6 +10,9 @@ namespace breakshot::world {
 
 namespace {
 
+/// What CountNear gives for two that touch no third.
+constexpr int kTwoSeenTwice = 4;
+
 void require(bool ok, const char* what) {
   if (!ok) throw std::invalid_argument{what};
 }
@@ -39,27 +42,21 @@ Result<Rollout, WorldInputError> VirtualWorld::run(std::span<const Disc> discs, 
   // Far above what was seen: a break of 50 discs has some 100 impacts, a push with rubbing contacts some 1,000 per disc pushed.
   const int limit = 20'000 + 2'000 * static_cast<int>(discs.size());
   while (true) {
-    std::size_t first = 0;
-    double meet = kNever;
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      if (!(next_[i].time < meet)) continue;
-      meet = next_[i].time;
-      first = i;
-    }
-    if (meet == kNever && striker_turn_ == kNever) break;
-    if (striker_turn_ <= meet) {
+    const auto meeting = meetings_.next(bodies_, time, striker_turn_);
+    if (meeting.time == kNever) {
+      if (striker_turn_ == kNever) break;
       bodies_.advance(std::max(0.0, striker_turn_ - time));
       time = striker_turn_;
       advance_striker(time);
       continue;
     }
-    bodies_.advance(std::max(0.0, meet - time));
-    time = meet;
+    bodies_.advance(std::max(0.0, meeting.time - time));
+    time = meeting.time;
     if (rollout.impacts++ == limit) {
       rollout.status = Rollout::Status::kEventLimit;
       break;
     }
-    if (!resolve_impact(first, next_[first].other, time, rollout)) {
+    if (!resolve_impact(meeting.a, meeting.b, time, rollout)) {
       rollout.status = Rollout::Status::kLawFailed;
       break;
     }
@@ -105,49 +102,35 @@ void VirtualWorld::load(std::span<const Disc> discs, const StrikerRun* striker) 
     striker_turn_ = striker->cruise / striker->speed;
     bodies_.drive(discs_, striker->speed * striker->direction, Vector2::Zero(), striker_turn_);
   }
-  next_.assign(bodies_.size(), {});
   group_index_.assign(bodies_.size(), -1);
   is_struck_.assign(bodies_.size(), 0);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) predict(i, 0.0);
-}
-
-void VirtualWorld::predict(std::size_t body, double time) noexcept {
-  // Who meets a body at rest moves, and knows of it.
-  if (bodies_.left(body) == 0.0) {
-    next_[body] = {};
-    return;
+  meetings_.reset(bodies_);
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    // Who meets a body at rest moves, and knows of it.
+    if (bodies_.left(i) > 0.0) meetings_.look(bodies_, i, 0.0);
   }
-  const auto meeting = bodies_.next_meeting(body);
-  next_[body] = {time + meeting.in, meeting.other};
 }
 
 void VirtualWorld::advance_striker(double time) noexcept {
+  meetings_.forget(discs_);
   if (striker_brakes_) {
-    bodies_.resize(discs_);
+    bodies_.take_away(discs_);
     striker_turn_ = kNever;
-  } else {
-    striker_brakes_ = true;
-    const double lasts = std::min(striker_.speed / striker_.braking, striker_.lift);
-    striker_turn_ = time + lasts;
-    bodies_.drive(discs_, striker_.speed * striker_.direction, striker_.braking * striker_.direction, lasts);
-    predict(discs_, time);
+    return;
   }
-  for (std::size_t i = 0; i < discs_; ++i) {
-    if (next_[i].other == discs_) predict(i, time);
-  }
+  striker_brakes_ = true;
+  const double lasts = std::min(striker_.speed / striker_.braking, striker_.lift);
+  striker_turn_ = time + lasts;
+  bodies_.drive(discs_, striker_.speed * striker_.direction, striker_.braking * striker_.direction, lasts);
+  meetings_.look(bodies_, discs_, time);
 }
 
 bool VirtualWorld::resolve_impact(std::size_t i, std::size_t j, double time, Rollout& rollout) {
   struck_.clear();
-  const bool alone =
-      law_->bounces_pairs() && bodies_.neighbours(i, settings_.touch_gap) <= 1 && bodies_.neighbours(j, settings_.touch_gap) <= 1;
+  const bool alone = law_->bounces_pairs() && kernels_.count_near(bodies_.columns(), i, j, settings_.touch_gap) <= kTwoSeenTwice;
   const bool parted = alone ? resolve_pair(i, j) : resolve_group(i, j, rollout);
-  for (const std::size_t body : struck_) predict(body, time);
-  // Whoever was to meet one of those struck has to look again.
-  for (std::size_t body = 0; body < bodies_.size(); ++body) {
-    const std::size_t other = next_[body].other;
-    if (other != SlidingBodies::kNobody && is_struck_[other] != 0 && is_struck_[body] == 0) predict(body, time);
-  }
+  meetings_.forget(struck_, is_struck_);
+  for (const std::size_t body : struck_) meetings_.look(bodies_, body, time);
   for (const std::size_t body : struck_) is_struck_[body] = 0;
   return parted;
 }

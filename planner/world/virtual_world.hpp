@@ -3,6 +3,7 @@
 #include "common/result.hpp"
 #include "planner/world/disc.hpp"
 #include "planner/world/impact_law.hpp"
+#include "planner/world/meetings.hpp"
 #include "planner/world/sliding_bodies.hpp"
 
 #include <cstdint>
@@ -72,7 +73,6 @@ class VirtualWorld {
  private:
   void load(std::span<const Disc> discs, const StrikerRun* striker);
   Rollout rest(Rollout rollout, double time);
-  void predict(std::size_t body, double time) noexcept;
   void advance_striker(double time) noexcept;
   void strike(std::size_t body, const Vector2& v) noexcept;
   bool resolve_impact(std::size_t i, std::size_t j, double time, Rollout& rollout);
@@ -90,12 +90,8 @@ class VirtualWorld {
   StrikerRun striker_;
   double striker_turn_ = kNever;  // when it begins to brake, or has risen above the discs
 
-  /// The next meeting that a body knows of. Of two bodies that are to meet it is enough that one knows: whoever moved last looked at all others.
-  struct Next {
-    double time = kNever;
-    std::size_t other = SlidingBodies::kNobody;
-  };
-  std::vector<Next> next_;
+  Meetings meetings_;
+  BoundKernels kernels_ = bound_kernels();
   std::vector<std::size_t> struck_;  // bodies whose velocity the impact at hand has changed
   std::vector<char> is_struck_;
   std::vector<Vector2> rest_;

@@ -45,6 +45,43 @@ TEST(Polynomial, FindsTheFirstRootOrNone) {
   }
 }
 
+TEST(MeetingBounds, HoldAndHaveTheSameBitsForEveryWidth) {
+  std::mt19937_64 random{31};
+  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution{low, high}(random); };
+  int near_the_meeting = 0, meetings = 0;
+  for (int i = 0; i < 2000; ++i) {
+    SlidingBodies bodies;
+    const std::size_t n = 2 + static_cast<std::size_t>(i) % 19;
+    bodies.resize(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      bodies.place(k, {uniform(-0.2, 0.2), uniform(-0.2, 0.2)}, uniform(0.005, 0.02), 10.0);
+      if (random() % 3 != 0) bodies.slide(k, {uniform(-1, 1), uniform(-1, 1)}, uniform(1.0, 5.0));
+    }
+    if (i % 4 == 0) bodies.drive(n - 1, {uniform(-1, 1), 0.3}, {0.1, 0.0}, 0.2);
+    const double now = uniform(0.0, 1.0);
+    bodies.advance(uniform(0.0, 0.1));
+    std::vector<double> first;
+    for (const BoundKernels& kernels : all_bound_kernels()) {
+      std::vector<double> bounds(bodies.columns().size);
+      kernels.bound_row(bodies.columns(), 0, now, bounds.data());
+      if (first.empty()) first = bounds;
+      EXPECT_EQ(bounds, first);
+      EXPECT_EQ(kernels.count_near(bodies.columns(), 0, 1, 0.01), bound_kernels().count_near(bodies.columns(), 0, 1, 0.01));
+      EXPECT_EQ(kernels.find_least(bounds.data(), bounds.size()), place_of_least(bounds.data(), bounds.size()));
+    }
+    for (std::size_t k = 1; k < n; ++k) {
+      if (gap(Disc{bodies.position(0), {}, bodies.radius(0)}, Disc{bodies.position(k), {}, bodies.radius(k)}) < 0.0) continue;
+      const double meets = now + next_collision(bodies.motion(0), bodies.motion(k), bodies.radius(0) + bodies.radius(k));
+      EXPECT_LE(first[k], meets + 1e-12) << "case " << i << " body " << k;
+      if (meets == kNever) continue;
+      ++meetings;
+      near_the_meeting += meets - first[k] < 0.02 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(meetings, 200);
+  EXPECT_GT(near_the_meeting, meetings / 2);  // a bound that is always 0 would hold too
+}
+
 TEST(VirtualWorld, OneDiscSlidesAsFarAsCoulombLetsIt) {
   auto world = world_of();
   for (double bearing = 0.0; bearing < 6.3; bearing += 0.1) {
