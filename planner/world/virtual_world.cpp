@@ -3,12 +3,37 @@
 #include "planner/world/formation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
 namespace breakshot::world {
 
 namespace {
+
+/// Notes what an impact did to the energy and the momentum of its bodies.
+void audit(std::span<const double> inverse_mass, std::span<const Vector2> before, std::span<const Vector2> after,
+           Rollout& rollout) noexcept {
+  rollout.energy_gain = std::max(rollout.energy_gain, kinetic_energy(inverse_mass, after) / kinetic_energy(inverse_mass, before) - 1.0);
+  Vector2 change{0.0, 0.0};
+  double magnitude = 0.0;
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    change += (after[k] - before[k]) / inverse_mass[k];
+    magnitude += before[k].norm() / inverse_mass[k];
+  }
+  rollout.momentum_error = std::max(rollout.momentum_error, change.norm() / magnitude);
+}
+
+/// What CountNear gives for two that touch no third.
+constexpr int kTwoSeenTwice = 4;
+
+/// What a law may leave of the approach of a contact, m/s: well below what makes an impact of it.
+constexpr double kLeftApproaching = 0.1 * kQuietApproach;
+
+/// Discs that are pressed together while they slide would sink into each other by kQuietApproach / 2 between one impact and the next if none
+/// threw them apart. So contacts slower than kRubbing, m/s, do; how discs rest depends on it by less than a micrometre (v^2 / (2 mu g)).
+constexpr double kRubbing = 2.0 * kQuietApproach;
+constexpr double kRubbingRestitution = 0.9;
 
 void require(bool ok, const char* what) {
   if (!ok) throw std::invalid_argument{what};
@@ -39,27 +64,21 @@ Result<Rollout, WorldInputError> VirtualWorld::run(std::span<const Disc> discs, 
   // Far above what was seen: a break of 50 discs has some 100 impacts, a push with rubbing contacts some 1,000 per disc pushed.
   const int limit = 20'000 + 2'000 * static_cast<int>(discs.size());
   while (true) {
-    std::size_t first = 0;
-    double meet = kNever;
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      if (!(next_[i].time < meet)) continue;
-      meet = next_[i].time;
-      first = i;
-    }
-    if (meet == kNever && striker_turn_ == kNever) break;
-    if (striker_turn_ <= meet) {
+    const auto meeting = meetings_.next(bodies_, time, striker_turn_);
+    if (meeting.time == kNever) {
+      if (striker_turn_ == kNever) break;
       bodies_.advance(std::max(0.0, striker_turn_ - time));
       time = striker_turn_;
       advance_striker(time);
       continue;
     }
-    bodies_.advance(std::max(0.0, meet - time));
-    time = meet;
+    bodies_.advance(std::max(0.0, meeting.time - time));
+    time = meeting.time;
     if (rollout.impacts++ == limit) {
       rollout.status = Rollout::Status::kEventLimit;
       break;
     }
-    if (!resolve_impact(first, next_[first].other, time, rollout)) {
+    if (!resolve_impact(meeting.a, meeting.b, time, rollout)) {
       rollout.status = Rollout::Status::kLawFailed;
       break;
     }
@@ -105,55 +124,42 @@ void VirtualWorld::load(std::span<const Disc> discs, const StrikerRun* striker) 
     striker_turn_ = striker->cruise / striker->speed;
     bodies_.drive(discs_, striker->speed * striker->direction, Vector2::Zero(), striker_turn_);
   }
-  next_.assign(bodies_.size(), {});
   group_index_.assign(bodies_.size(), -1);
   is_struck_.assign(bodies_.size(), 0);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) predict(i, 0.0);
-}
-
-void VirtualWorld::predict(std::size_t body, double time) noexcept {
-  // Who meets a body at rest moves, and knows of it.
-  if (bodies_.left(body) == 0.0) {
-    next_[body] = {};
-    return;
+  meetings_.reset(bodies_);
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    // Who meets a body at rest moves, and knows of it.
+    if (bodies_.left(i) > 0.0) meetings_.look(bodies_, i, 0.0);
   }
-  const auto meeting = bodies_.next_meeting(body);
-  next_[body] = {time + meeting.in, meeting.other};
 }
 
 void VirtualWorld::advance_striker(double time) noexcept {
+  meetings_.forget(discs_);
   if (striker_brakes_) {
-    bodies_.resize(discs_);
+    bodies_.take_away(discs_);
     striker_turn_ = kNever;
-  } else {
-    striker_brakes_ = true;
-    const double lasts = std::min(striker_.speed / striker_.braking, striker_.lift);
-    striker_turn_ = time + lasts;
-    bodies_.drive(discs_, striker_.speed * striker_.direction, striker_.braking * striker_.direction, lasts);
-    predict(discs_, time);
+    return;
   }
-  for (std::size_t i = 0; i < discs_; ++i) {
-    if (next_[i].other == discs_) predict(i, time);
-  }
+  striker_brakes_ = true;
+  const double lasts = std::min(striker_.speed / striker_.braking, striker_.lift);
+  striker_turn_ = time + lasts;
+  bodies_.drive(discs_, striker_.speed * striker_.direction, striker_.braking * striker_.direction, lasts);
+  meetings_.look(bodies_, discs_, time);
 }
 
 bool VirtualWorld::resolve_impact(std::size_t i, std::size_t j, double time, Rollout& rollout) {
   struck_.clear();
-  const bool alone =
-      law_->bounces_pairs() && bodies_.neighbours(i, settings_.touch_gap) <= 1 && bodies_.neighbours(j, settings_.touch_gap) <= 1;
-  const bool parted = alone ? resolve_pair(i, j) : resolve_group(i, j, rollout);
-  for (const std::size_t body : struck_) predict(body, time);
-  // Whoever was to meet one of those struck has to look again.
-  for (std::size_t body = 0; body < bodies_.size(); ++body) {
-    const std::size_t other = next_[body].other;
-    if (other != SlidingBodies::kNobody && is_struck_[other] != 0 && is_struck_[body] == 0) predict(body, time);
-  }
+  const bool alone = law_->bounces_pairs() && kernels_.count_near(bodies_.columns(), i, j, settings_.touch_gap) <= kTwoSeenTwice;
+  const bool parted = alone ? resolve_pair(i, j, rollout) : resolve_group(i, j, rollout);
+  meetings_.forget(struck_, is_struck_);
+  for (const std::size_t body : struck_) meetings_.look(bodies_, body, time);
   for (const std::size_t body : struck_) is_struck_[body] = 0;
   return parted;
 }
 
-double VirtualWorld::restitution_of(std::size_t i, std::size_t j) const noexcept {
-  return i == discs_ || j == discs_ ? settings_.striker_restitution : settings_.restitution;
+double VirtualWorld::restitution_of(std::size_t i, std::size_t j, double approach) const noexcept {
+  const double e = i == discs_ || j == discs_ ? settings_.striker_restitution : settings_.restitution;
+  return approach > kRubbing ? e : std::max(e, kRubbingRestitution);
 }
 
 void VirtualWorld::strike(std::size_t body, const Vector2& v) noexcept {
@@ -163,13 +169,16 @@ void VirtualWorld::strike(std::size_t body, const Vector2& v) noexcept {
   is_struck_[body] = 1;
 }
 
-bool VirtualWorld::resolve_pair(std::size_t i, std::size_t j) noexcept {
+bool VirtualWorld::resolve_pair(std::size_t i, std::size_t j, Rollout& rollout) noexcept {
   const Vector2 n = (bodies_.position(j) - bodies_.position(i)).normalized();
-  const Vector2 v_i = bodies_.velocity(i), v_j = bodies_.velocity(j);
-  const double approach = (v_i - v_j).dot(n);
-  const double P = (1.0 + restitution_of(i, j)) * approach / (bodies_.inverse_mass(i) + bodies_.inverse_mass(j));
-  strike(i, v_i - P * bodies_.inverse_mass(i) * n);
-  strike(j, v_j + P * bodies_.inverse_mass(j) * n);
+  const std::array before{bodies_.velocity(i), bodies_.velocity(j)};
+  const std::array inverse_mass{bodies_.inverse_mass(i), bodies_.inverse_mass(j)};
+  const double approach = (before[0] - before[1]).dot(n);
+  const double P = (1.0 + restitution_of(i, j, approach)) * approach / (inverse_mass[0] + inverse_mass[1]);
+  const std::array<Vector2, 2> after{before[0] - P * inverse_mass[0] * n, before[1] + P * inverse_mass[1] * n};
+  if (settings_.audit && i != discs_ && j != discs_) audit(inverse_mass, before, after, rollout);
+  strike(i, after[0]);
+  strike(j, after[1]);
   return approach > 0.0;
 }
 
@@ -178,6 +187,7 @@ void VirtualWorld::gather_contacts(std::size_t i, std::size_t j) {
   group_index_[i] = 0;
   group_index_[j] = 1;
   contacts_.clear();
+  double fastest = 0.0;
   // The group grows while it is walked; each contact is noted when its second body is walked.
   for (std::size_t k = 0; k < group_.size(); ++k) {
     const std::size_t body = group_[k];
@@ -188,7 +198,8 @@ void VirtualWorld::gather_contacts(std::size_t i, std::size_t j) {
         group_.push_back(other);
       } else if (static_cast<std::size_t>(known) < k) {
         const Vector2 n = (bodies_.position(body) - bodies_.position(other)).normalized();
-        contacts_.push_back({known, static_cast<int>(k), n, restitution_of(body, other)});
+        contacts_.push_back({known, static_cast<int>(k), n, 0.0});
+        fastest = std::max(fastest, (bodies_.velocity(other) - bodies_.velocity(body)).dot(n));
       }
     };
     // The two that met are in contact, whatever rounding says.
@@ -198,6 +209,9 @@ void VirtualWorld::gather_contacts(std::size_t i, std::size_t j) {
     for (; other != SlidingBodies::kNobody; other = bodies_.next_neighbour(body, settings_.touch_gap, other + 1)) {
       if (other != met) add(other);
     }
+  }
+  for (ImpactContact& contact : contacts_) {
+    contact.restitution = restitution_of(group_[static_cast<std::size_t>(contact.a)], group_[static_cast<std::size_t>(contact.b)], fastest);
   }
   for (const std::size_t body : group_) group_index_[body] = -1;
 }
@@ -216,13 +230,9 @@ bool VirtualWorld::resolve_group(std::size_t i, std::size_t j, Rollout& rollout)
 
   const Vector2 n = (bodies_.position(j) - bodies_.position(i)).normalized();
   const double approach_before = (group_v_[0] - group_v_[1]).dot(n);
-  law_->resolve({contacts_, group_inverse_mass_, group_v_}, scratch_);
+  law_->resolve({contacts_, group_inverse_mass_, group_v_, kLeftApproaching}, scratch_);
 
-  if (!with_striker) {
-    const double before = kinetic_energy(group_inverse_mass_, group_v_before_);
-    const double after = kinetic_energy(group_inverse_mass_, group_v_);
-    rollout.energy_gain = std::max(rollout.energy_gain, after / before - 1.0);
-  }
+  if (settings_.audit && !with_striker) audit(group_inverse_mass_, group_v_before_, group_v_, rollout);
   for (std::size_t k = 0; k < group_.size(); ++k) {
     if (group_v_[k] != group_v_before_[k]) strike(group_[k], group_v_[k]);
   }

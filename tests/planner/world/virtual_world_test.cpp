@@ -3,7 +3,7 @@
 #include "common/gap.hpp"
 #include "planner/world/formation.hpp"
 #include "tests/controller/loop/call_counter.hpp"
-#include "tests/planner/clusters.hpp"
+#include "tests/planner/cluster_trials.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,29 +20,41 @@ VirtualWorld world_of(const char* law = "paper_corrected", WorldSettings setting
   return VirtualWorld{settings, make_impact_law(law)};
 }
 
-TEST(Polynomial, FindsTheFirstRootOrNone) {
-  std::mt19937_64 random{3};
+TEST(MeetingBounds, HoldAndHaveTheSameBitsForEveryWidth) {
+  std::mt19937_64 random{31};
   const auto uniform = [&](double low, double high) { return std::uniform_real_distribution{low, high}(random); };
-  for (int i = 0; i < 20'000; ++i) {
-    // Built from known roots: four in all, some of them complex.
-    const double r1 = uniform(-2, 4), r2 = uniform(-2, 4), re = uniform(-2, 4), im = i % 2 == 0 ? uniform(0.01, 2) : 0.0;
-    const double b = -2 * re, c = re * re + im * im;
-    Quartic p{r1 * r2 * c, r1 * r2 * b - (r1 + r2) * c, r1 * r2 - (r1 + r2) * b + c, b - (r1 + r2), 1.0};
-    double expected = kNever;
-    for (const double root : {r1, r2, im == 0.0 ? re : kNever}) {
-      if (root >= 0.0 && root <= 3.0) expected = std::min(expected, root);
+  int near_the_meeting = 0, meetings = 0;
+  for (int i = 0; i < 2000; ++i) {
+    SlidingBodies bodies;
+    const std::size_t n = 2 + static_cast<std::size_t>(i) % 19;
+    bodies.resize(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      bodies.place(k, {uniform(-0.2, 0.2), uniform(-0.2, 0.2)}, uniform(0.005, 0.02), 10.0);
+      if (random() % 3 != 0) bodies.slide(k, {uniform(-1, 1), uniform(-1, 1)}, uniform(1.0, 5.0));
     }
-    if (p[0] <= 0.0) expected = 0.0;
-    const double found = first_nonpositive(p, 3.0);
-    if (im == 0.0 && expected == re) {
-      // A double root touches zero: rounding decides between there and the next root.
-      EXPECT_TRUE(found == 0.0 || std::abs(found - re) < 1e-4 || found > re) << i;
-    } else if (expected == kNever) {
-      EXPECT_EQ(found, kNever) << i;
-    } else {
-      EXPECT_NEAR(found, expected, 1e-7) << i;
+    if (i % 4 == 0) bodies.drive(n - 1, {uniform(-1, 1), 0.3}, {0.1, 0.0}, 0.2);
+    const double now = uniform(0.0, 1.0);
+    bodies.advance(uniform(0.0, 0.1));
+    std::vector<double> first;
+    for (const BoundKernels& kernels : all_bound_kernels()) {
+      std::vector<double> bounds(bodies.columns().size);
+      kernels.bound_row(bodies.columns(), 0, now, bounds.data());
+      if (first.empty()) first = bounds;
+      EXPECT_EQ(bounds, first);
+      EXPECT_EQ(kernels.count_near(bodies.columns(), 0, 1, 0.01), bound_kernels().count_near(bodies.columns(), 0, 1, 0.01));
+      EXPECT_EQ(kernels.find_least(bounds.data(), bounds.size()), place_of_least(bounds.data(), bounds.size()));
+    }
+    for (std::size_t k = 1; k < n; ++k) {
+      if (gap(Disc{bodies.position(0), {}, bodies.radius(0)}, Disc{bodies.position(k), {}, bodies.radius(k)}) < 0.0) continue;
+      const double meets = now + next_collision(bodies.motion(0), bodies.motion(k), bodies.radius(0) + bodies.radius(k));
+      EXPECT_LE(first[k], meets + 1e-12) << "case " << i << " body " << k;
+      if (meets == kNever) continue;
+      ++meetings;
+      near_the_meeting += meets - first[k] < 0.02 ? 1 : 0;
     }
   }
+  EXPECT_GT(meetings, 200);
+  EXPECT_GT(near_the_meeting, meetings / 2);  // a bound that is always 0 would hold too
 }
 
 TEST(VirtualWorld, OneDiscSlidesAsFarAsCoulombLetsIt) {
@@ -140,7 +152,7 @@ TEST_P(EveryBoundedLaw, RandomBreaksEndWithoutEnergyOrOverlapMade) {
   std::mt19937_64 random{5};
   const auto uniform = [&](double low, double high) { return std::uniform_real_distribution{low, high}(random); };
   for (int i = 0; i < 4000; ++i) {
-    WorldSettings settings;
+    WorldSettings settings{.audit = true};
     settings.restitution = i % 7 == 0 ? 0.0 : i % 7 == 1 ? 1.0 : uniform(0.0, 1.0);
     settings.friction = uniform(0.1, 0.5);
     auto world = world_of(GetParam(), settings);
@@ -158,6 +170,7 @@ TEST_P(EveryBoundedLaw, RandomBreaksEndWithoutEnergyOrOverlapMade) {
     ASSERT_TRUE(rollout) << rollout.error().text;
     EXPECT_EQ(rollout->status, Rollout::Status::kAtRest) << "case " << i << ", " << rollout->impacts << " impacts";
     EXPECT_LE(rollout->energy_gain, 1e-9) << "case " << i;
+    EXPECT_LE(rollout->momentum_error, 1e-12) << "case " << i;
     EXPECT_GT(rollout->impacts, 0);
     EXPECT_GT(rollout->smallest_gap, -5e-4) << "case " << i << " e " << settings.restitution;
   }
@@ -166,7 +179,7 @@ TEST_P(EveryBoundedLaw, RandomBreaksEndWithoutEnergyOrOverlapMade) {
 TEST_P(EveryBoundedLaw, BreaksOf200DiscsEndWhetherTheyTouchOrOverlapByNoise) {
   std::mt19937_64 random{6};
   std::normal_distribution noise{0.0, 1e-4};
-  auto world = world_of(GetParam());
+  auto world = world_of(GetParam(), {.audit = true});
   for (const bool overlapping : {false, true}) {
     auto discs = test::random_cluster(random, 200);
     if (overlapping) {
@@ -200,7 +213,19 @@ TEST_P(EveryBoundedLaw, ARolloutAllocatesNothing) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Laws, EveryBoundedLaw, testing::Values("paper_corrected", "sequential", "simultaneous"),
+TEST_P(EveryBoundedLaw, EndsAndKeepsEnergyAndMomentumWhateverTheCluster) {
+  // `bench world --clusters 1000000` runs as many as are asked for.
+  const auto trials = test::run_cluster_trials(GetParam(), 3000, 9);
+  EXPECT_EQ(trials.wrongly_refused, 0);
+  EXPECT_EQ(trials.overlaps, 60);
+  EXPECT_EQ(trials.overlaps_refused, trials.overlaps);
+  EXPECT_EQ(trials.at_rest, trials.rollouts - trials.overlaps);
+  EXPECT_LE(trials.energy_gain, 1e-9);
+  EXPECT_LE(trials.momentum_error, 1e-12);
+  EXPECT_GT(trials.smallest_gap, -5e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(Laws, EveryBoundedLaw, testing::Values("paper_corrected", "sequential", "simultaneous", "generalised_reflections"),
                          [](const auto& test) { return std::string{test.param}; });
 
 TEST(VirtualWorld, DoesNotKnowDirectionsAndRepeatsItself) {
@@ -266,7 +291,7 @@ TEST(VirtualWorld, SaysThatThePaperAsPrintedCannotRunAPair) {
 }
 
 TEST(VirtualWorld, ReportsTheEnergyThatTheSumRuleMakes) {
-  WorldSettings elastic;
+  WorldSettings elastic{.audit = true};
   elastic.restitution = 1.0;
   auto discs = test::rack(4);
   discs[0].v_WD_W = {0.0, 1.0};
