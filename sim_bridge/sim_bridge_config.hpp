@@ -20,11 +20,11 @@ struct SimBridgeConfig {
   SimSettings sim;
   CameraSettings camera;
   Duration frame_period{};
-  Duration camera_latency{};                ///< from exposure to the frame on its topic
-  Duration camera_jitter{};                 ///< more or less, from frame to frame
-  std::filesystem::path lighting_folder;    ///< of the presets that apply_lighting() knows
-  std::string formation;                    ///< on the table at the start
-  double disc_mass = 0.1;     ///< of a disc of disc_mass_radius; others by their area, kg
+  Duration camera_latency{};              ///< from exposure to the frame on its topic
+  Duration camera_jitter{};               ///< more or less, from frame to frame
+  std::filesystem::path lighting_folder;  ///< of the presets that apply_lighting() knows
+  std::string formation;                  ///< on the table at the start
+  double disc_mass = 0.1;                 ///< of a disc of disc_mass_radius; others by their area, kg
   double disc_mass_radius = 0.030;
   double gap_jitter = 0.0;     ///< largest gap that the contacts of a formation are opened to, m
   std::uint64_t gap_seed = 1;  ///< of those gaps

@@ -46,8 +46,8 @@ Exposure Drift::at(Exposure exposure, Time time) const {
   const double ramp = triangle(t / (2.0 * settings_.brightness_ramp_time));
   exposure.brightness = std::min(exposure.brightness * (1.0 + (settings_.brightness_ramp - 1.0) * ramp), kMaxBrightness);
   const auto swing = [&](double& factor, double phase) {
-    factor = std::min(factor * (1.0 + settings_.white_balance * std::sin(kTurn * (t / settings_.white_balance_period + phase))),
-                      kMaxBrightness);
+    factor =
+        std::min(factor * (1.0 + settings_.white_balance * std::sin(kTurn * (t / settings_.white_balance_period + phase))), kMaxBrightness);
   };
   swing(exposure.white_balance[0], red_phase_);
   swing(exposure.white_balance[2], blue_phase_);
@@ -99,7 +99,8 @@ void MovingShadow::find_factors(Time time) {
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const auto share = static_cast<float>(taken(nodes_[i].p_W, time));
     for (std::size_t c = 0; c < 3; ++c) {
-      factors_[i][c] = static_cast<std::uint32_t>(std::lround(static_cast<float>(kFull) * std::sqrt(1.0F - share * nodes_[i].lamp_share[c])));
+      factors_[i][c] =
+          static_cast<std::uint32_t>(std::lround(static_cast<float>(kFull) * std::sqrt(1.0F - share * nodes_[i].lamp_share[c])));
     }
   }
 }
