@@ -54,7 +54,7 @@ std::vector<Vector3> arm_turns(const std::vector<CalibrationView>& views) {
     if (view.place != BoardPlace::kArm) continue;
     if (first == nullptr) first = &view.X_WT;
     const Eigen::AngleAxisd turn{Matrix3{first->linear().transpose() * view.X_WT.linear()}};
-    turns.push_back(kDegrees * turn.angle() * turn.axis());
+    turns.emplace_back(kDegrees * turn.angle() * turn.axis());
   }
   return turns;
 }
