@@ -7,7 +7,7 @@ namespace breakshot::world {
 
 void solve_together(const ImpactProblem& problem, std::span<const int> contacts, std::span<const double> target,
                     std::vector<double>& impulse) {
-  constexpr double kRelativeError = 1e-13;
+  constexpr double kRelativeError = 1e-12;
   // Compact clusters of 50 discs need a few thousand sweeps to get there; the bound only guards against NaN.
   constexpr int kSweeps = 100'000;
 

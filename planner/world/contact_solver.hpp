@@ -11,7 +11,7 @@ namespace breakshot::world {
 /// where w is the separation speed of each contact afterwards. A contact only pushes, parts at no less than its target speed, and gets
 /// nothing when the others already part it faster (errata.md, row (11)-(13)).
 ///
-/// Projected Gauss-Seidel, to 1e-13 of the largest approach speed; it converges for every frictionless contact set, redundant ones
+/// Projected Gauss-Seidel, to 1e-12 of the largest approach speed; it converges for every frictionless contact set, redundant ones
 /// included, since the velocities (not the impulses) are unique then.
 ///
 /// @param contacts  indices into problem.contacts of those that take part

@@ -24,6 +24,7 @@ struct ImpactProblem {
   std::span<const ImpactContact> contacts;
   std::span<const double> inverse_mass;  ///< per body, 1/kg; 0: driven, its velocity does not change
   std::span<Vector2> v;                  ///< per body, in W, m/s: before on entry, after on return
+  double quiet = 0.0;                    ///< contacts that approach no faster than this may be left so, m/s
 };
 
 /// Working memory of a law, so that resolving allocates nothing once it has grown to the largest cluster.

@@ -1,6 +1,6 @@
 #include "planner/world/meeting_bounds.hpp"
 
-#include "planner/world/polynomial.hpp"
+#include "planner/world/pair_motion.hpp"
 
 // The bodies of the passes are written once, inlined into one function for each width of vectors. They use operators and builtins only: an inline
 // function of a library, compiled here for a wide processor, could be the copy that the linker keeps for all others.

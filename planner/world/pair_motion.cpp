@@ -26,39 +26,16 @@ double collision_with_resting(const Motion& mover, const Vector2& relative, doub
   return factor * std::min(half_chord, ahead) >= kQuietApproach * reach ? 2.0 * unbraked / (1.0 + factor) : kNever;
 }
 
-Quartic shifted(const Quartic& c, double s) noexcept {  // Taylor shift by synthetic division
-  Quartic out = c;
-  for (std::size_t i = 0; i < 4; ++i) {
-    for (std::size_t j = 4; j-- > i;) out[j] += s * out[j + 1];
-  }
-  return out;
-}
-
-/// A pair that touches but approaches too slowly to count, both motions being parabolas on [0, end]: when it next touches and approaches
-/// fast enough. Relative motion is a parabola and its square a quartic. Rare, so that it may cost a microsecond.
-double collision_of_touching(const Vector2& p, const Vector2& v, const Vector2& a, double end, double reach) noexcept {
-  const Quartic apart{p.squaredNorm() - reach * reach, 2.0 * p.dot(v), v.squaredNorm() + p.dot(a), v.dot(a), 0.25 * a.squaredNorm()};
-  // Above zero while the pair does not approach fast enough: kQuietApproach |p| + p . v, with |p| = reach where it matters.
-  const Quartic quiet{kQuietApproach * reach + p.dot(v), apart[2], 1.5 * apart[3], 2.0 * apart[4], 0.0};
-  const double slack = 2.0 * reach * kContactSlack;
-
-  // Contact and approach alternate at most as often as the two polynomials have roots.
-  double s = 0.0;
-  for (int i = 0; i < 8; ++i) {
-    const Quartic from_here = s > 0.0 ? shifted(apart, s) : apart;
-    if (from_here[0] > slack) {
-      const double meet = first_nonpositive(from_here, end - s);
-      if (meet == kNever) return kNever;
-      s += meet;
-    }
-    if (evaluate(quiet, s) > 0.0) {
-      const double fast = first_nonpositive(shifted(quiet, s), end - s);
-      if (fast == kNever) return kNever;
-      s += fast;
-    }
-    if (evaluate(apart, s) <= slack) return s;
-  }
-  return kNever;
+/// How long a pair that touches but approaches too slowly to count stays so at least, both motions being parabolas for the time `left`.
+///
+/// The approach speed times the distance, -p . v, grows at the rate -(v^2 + p . a), which is never above -p . a, and p . a along the way is a
+/// parabola with a minimum.
+double stays_quiet(const Vector2& p, const Vector2& v, const Vector2& a, double left) noexcept {
+  const double a_squared = a.squaredNorm();
+  if (a_squared == 0.0) return kNever;
+  const double turns = std::clamp(-v.dot(a) / a_squared, 0.0, left);
+  const double most = -(p.dot(a) + turns * (v.dot(a) + 0.5 * turns * a_squared));
+  return most > 0.0 ? (kQuietApproach * p.norm() + p.dot(v)) / most : kNever;
 }
 
 /// The general case on one interval [0, end] in which both motions are parabolas.
@@ -69,7 +46,9 @@ double collision_of_touching(const Vector2& p, const Vector2& v, const Vector2& 
 double collision_on_interval(Vector2 p, Vector2 v, const Vector2& a, double end, double reach, double from) noexcept {
   constexpr double kMet = 1e-12;  // m; some thousand times the rounding of positions on a table
   // Three or four are enough for all but grazes, which take up to twenty: each halves what is left of the way.
-  constexpr int kSteps = 64;
+  constexpr int kSteps = 256;
+  // A pair that touches is looked at so often at most, s: in that time its approach grows by a twentieth of kQuietApproach.
+  constexpr double kLeastStep = 1e-5;
   double s = 0.0;
   double step = from;
   for (int i = 0; i < kSteps; ++i) {
@@ -85,8 +64,9 @@ double collision_on_interval(Vector2 p, Vector2 v, const Vector2& a, double end,
       if (closing >= kQuietApproach * distance) return s;
       const double left = end - s;
       if (closing > -kQuietApproach * distance) {
-        const double meets = collision_of_touching(p, v, a, left, reach);
-        return meets == kNever ? kNever : s + meets;
+        step = std::max(kLeastStep, stays_quiet(p, v, a, left));
+        if (step >= left) return kNever;
+        continue;
       }
       // Parts, as a pair that has just collided does. Along this line it can be as near again at the parabola's other root, and not before.
       if (2.0 * closing <= braking * left) return kNever;

@@ -1,9 +1,12 @@
 #pragma once
 
 #include "common/geometry.hpp"
-#include "planner/world/polynomial.hpp"
+
+#include <limits>
 
 namespace breakshot::world {
+
+inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// A body between two events: p + v s + a s^2 / 2 until s = end, s being the time from now.
 struct Motion {

@@ -3,6 +3,7 @@
 #include "planner/world/formation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -10,8 +11,23 @@ namespace breakshot::world {
 
 namespace {
 
+/// Notes what an impact did to the energy and the momentum of its bodies.
+void audit(std::span<const double> inverse_mass, std::span<const Vector2> before, std::span<const Vector2> after, Rollout& rollout) noexcept {
+  rollout.energy_gain = std::max(rollout.energy_gain, kinetic_energy(inverse_mass, after) / kinetic_energy(inverse_mass, before) - 1.0);
+  Vector2 change{0.0, 0.0};
+  double magnitude = 0.0;
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    change += (after[k] - before[k]) / inverse_mass[k];
+    magnitude += before[k].norm() / inverse_mass[k];
+  }
+  rollout.momentum_error = std::max(rollout.momentum_error, change.norm() / magnitude);
+}
+
 /// What CountNear gives for two that touch no third.
 constexpr int kTwoSeenTwice = 4;
+
+/// What a law may leave of the approach of a contact, m/s: well below what makes an impact of it.
+constexpr double kLeftApproaching = 0.1 * kQuietApproach;
 
 void require(bool ok, const char* what) {
   if (!ok) throw std::invalid_argument{what};
@@ -128,7 +144,7 @@ void VirtualWorld::advance_striker(double time) noexcept {
 bool VirtualWorld::resolve_impact(std::size_t i, std::size_t j, double time, Rollout& rollout) {
   struck_.clear();
   const bool alone = law_->bounces_pairs() && kernels_.count_near(bodies_.columns(), i, j, settings_.touch_gap) <= kTwoSeenTwice;
-  const bool parted = alone ? resolve_pair(i, j) : resolve_group(i, j, rollout);
+  const bool parted = alone ? resolve_pair(i, j, rollout) : resolve_group(i, j, rollout);
   meetings_.forget(struck_, is_struck_);
   for (const std::size_t body : struck_) meetings_.look(bodies_, body, time);
   for (const std::size_t body : struck_) is_struck_[body] = 0;
@@ -146,13 +162,16 @@ void VirtualWorld::strike(std::size_t body, const Vector2& v) noexcept {
   is_struck_[body] = 1;
 }
 
-bool VirtualWorld::resolve_pair(std::size_t i, std::size_t j) noexcept {
+bool VirtualWorld::resolve_pair(std::size_t i, std::size_t j, Rollout& rollout) noexcept {
   const Vector2 n = (bodies_.position(j) - bodies_.position(i)).normalized();
-  const Vector2 v_i = bodies_.velocity(i), v_j = bodies_.velocity(j);
-  const double approach = (v_i - v_j).dot(n);
-  const double P = (1.0 + restitution_of(i, j)) * approach / (bodies_.inverse_mass(i) + bodies_.inverse_mass(j));
-  strike(i, v_i - P * bodies_.inverse_mass(i) * n);
-  strike(j, v_j + P * bodies_.inverse_mass(j) * n);
+  const std::array before{bodies_.velocity(i), bodies_.velocity(j)};
+  const std::array inverse_mass{bodies_.inverse_mass(i), bodies_.inverse_mass(j)};
+  const double approach = (before[0] - before[1]).dot(n);
+  const double P = (1.0 + restitution_of(i, j)) * approach / (inverse_mass[0] + inverse_mass[1]);
+  const std::array<Vector2, 2> after{before[0] - P * inverse_mass[0] * n, before[1] + P * inverse_mass[1] * n};
+  if (settings_.audit && i != discs_ && j != discs_) audit(inverse_mass, before, after, rollout);
+  strike(i, after[0]);
+  strike(j, after[1]);
   return approach > 0.0;
 }
 
@@ -199,13 +218,9 @@ bool VirtualWorld::resolve_group(std::size_t i, std::size_t j, Rollout& rollout)
 
   const Vector2 n = (bodies_.position(j) - bodies_.position(i)).normalized();
   const double approach_before = (group_v_[0] - group_v_[1]).dot(n);
-  law_->resolve({contacts_, group_inverse_mass_, group_v_}, scratch_);
+  law_->resolve({contacts_, group_inverse_mass_, group_v_, kLeftApproaching}, scratch_);
 
-  if (!with_striker) {
-    const double before = kinetic_energy(group_inverse_mass_, group_v_before_);
-    const double after = kinetic_energy(group_inverse_mass_, group_v_);
-    rollout.energy_gain = std::max(rollout.energy_gain, after / before - 1.0);
-  }
+  if (settings_.audit && !with_striker) audit(group_inverse_mass_, group_v_before_, group_v_, rollout);
   for (std::size_t k = 0; k < group_.size(); ++k) {
     if (group_v_[k] != group_v_before_[k]) strike(group_[k], group_v_[k]);
   }

@@ -26,18 +26,20 @@ void end_without_bounce(const ImpactProblem& problem, ImpactScratch& scratch) {
   solve_together(problem, scratch.active, scratch.target, scratch.impulse);
 }
 
-/// Solves rounds of contacts together until none approaches. A contact takes part when it approaches faster than `from`.
-void solve_in_rounds(const ImpactProblem& problem, ImpactScratch& scratch, double from) {
+/// Solves rounds of contacts together until none approaches. With `all`, those that merely touch take part.
+void solve_in_rounds(const ImpactProblem& problem, ImpactScratch& scratch, bool all) {
   // Racks of 21 discs take about 20 rounds for e >= 0.2.
   constexpr int kRounds = 64;
-  const double quiet = kRounding * largest_speed(problem.v);
+  const double rounding = kRounding * largest_speed(problem.v);
+  const double quiet = std::max(problem.quiet, rounding);
+  const double from = all ? -rounding : quiet;
   for (int round = 0; round < kRounds; ++round) {
     scratch.active.clear();
     scratch.target.clear();
     bool any_approaches = false;
     for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
       const double approach = approach_speed(problem.contacts[k], problem.v);
-      if (approach <= from * quiet) continue;
+      if (approach <= from) continue;
       any_approaches = any_approaches || approach > quiet;
       scratch.active.push_back(static_cast<int>(k));
       scratch.target.push_back(problem.contacts[k].restitution * std::max(0.0, approach));
@@ -50,13 +52,13 @@ void solve_in_rounds(const ImpactProblem& problem, ImpactScratch& scratch, doubl
 
 }  // namespace
 
-void PaperCorrected::resolve(const ImpactProblem& problem, ImpactScratch& scratch) const { solve_in_rounds(problem, scratch, 1.0); }
+void PaperCorrected::resolve(const ImpactProblem& problem, ImpactScratch& scratch) const { solve_in_rounds(problem, scratch, false); }
 
-void Simultaneous::resolve(const ImpactProblem& problem, ImpactScratch& scratch) const { solve_in_rounds(problem, scratch, -1.0); }
+void Simultaneous::resolve(const ImpactProblem& problem, ImpactScratch& scratch) const { solve_in_rounds(problem, scratch, true); }
 
 void Sequential::resolve(const ImpactProblem& problem, ImpactScratch& scratch) const {
   constexpr int kSweeps = 1000;
-  const double quiet = kRounding * largest_speed(problem.v);
+  const double quiet = std::max(problem.quiet, kRounding * largest_speed(problem.v));
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     bool any = false;
     for (const ImpactContact& contact : problem.contacts) {
