@@ -12,7 +12,8 @@ namespace breakshot::world {
 namespace {
 
 /// Notes what an impact did to the energy and the momentum of its bodies.
-void audit(std::span<const double> inverse_mass, std::span<const Vector2> before, std::span<const Vector2> after, Rollout& rollout) noexcept {
+void audit(std::span<const double> inverse_mass, std::span<const Vector2> before, std::span<const Vector2> after,
+           Rollout& rollout) noexcept {
   rollout.energy_gain = std::max(rollout.energy_gain, kinetic_energy(inverse_mass, after) / kinetic_energy(inverse_mass, before) - 1.0);
   Vector2 change{0.0, 0.0};
   double magnitude = 0.0;
@@ -218,6 +219,12 @@ bool VirtualWorld::resolve_group(std::size_t i, std::size_t j, Rollout& rollout)
 
   const Vector2 n = (bodies_.position(j) - bodies_.position(i)).normalized();
   const double approach_before = (group_v_[0] - group_v_[1]).dot(n);
+  if (law_->heeds_gaps()) {
+    for (ImpactContact& contact : contacts_) {
+      const std::size_t a = group_[static_cast<std::size_t>(contact.a)], b = group_[static_cast<std::size_t>(contact.b)];
+      contact.gap = std::max(0.0, (bodies_.position(b) - bodies_.position(a)).norm() - bodies_.radius(a) - bodies_.radius(b));
+    }
+  }
   law_->resolve({contacts_, group_inverse_mass_, group_v_, kLeftApproaching}, scratch_);
 
   if (settings_.audit && !with_striker) audit(group_inverse_mass_, group_v_before_, group_v_, rollout);
