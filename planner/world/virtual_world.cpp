@@ -30,6 +30,11 @@ constexpr int kTwoSeenTwice = 4;
 /// What a law may leave of the approach of a contact, m/s: well below what makes an impact of it.
 constexpr double kLeftApproaching = 0.1 * kQuietApproach;
 
+/// Discs that are pressed together while they slide would sink into each other by kQuietApproach / 2 between one impact and the next if none
+/// threw them apart. So contacts slower than kRubbing, m/s, do; how discs rest depends on it by less than a micrometre (v^2 / (2 mu g)).
+constexpr double kRubbing = 2.0 * kQuietApproach;
+constexpr double kRubbingRestitution = 0.9;
+
 void require(bool ok, const char* what) {
   if (!ok) throw std::invalid_argument{what};
 }
@@ -152,8 +157,9 @@ bool VirtualWorld::resolve_impact(std::size_t i, std::size_t j, double time, Rol
   return parted;
 }
 
-double VirtualWorld::restitution_of(std::size_t i, std::size_t j) const noexcept {
-  return i == discs_ || j == discs_ ? settings_.striker_restitution : settings_.restitution;
+double VirtualWorld::restitution_of(std::size_t i, std::size_t j, double approach) const noexcept {
+  const double e = i == discs_ || j == discs_ ? settings_.striker_restitution : settings_.restitution;
+  return approach > kRubbing ? e : std::max(e, kRubbingRestitution);
 }
 
 void VirtualWorld::strike(std::size_t body, const Vector2& v) noexcept {
@@ -168,7 +174,7 @@ bool VirtualWorld::resolve_pair(std::size_t i, std::size_t j, Rollout& rollout) 
   const std::array before{bodies_.velocity(i), bodies_.velocity(j)};
   const std::array inverse_mass{bodies_.inverse_mass(i), bodies_.inverse_mass(j)};
   const double approach = (before[0] - before[1]).dot(n);
-  const double P = (1.0 + restitution_of(i, j)) * approach / (inverse_mass[0] + inverse_mass[1]);
+  const double P = (1.0 + restitution_of(i, j, approach)) * approach / (inverse_mass[0] + inverse_mass[1]);
   const std::array<Vector2, 2> after{before[0] - P * inverse_mass[0] * n, before[1] + P * inverse_mass[1] * n};
   if (settings_.audit && i != discs_ && j != discs_) audit(inverse_mass, before, after, rollout);
   strike(i, after[0]);
@@ -181,6 +187,7 @@ void VirtualWorld::gather_contacts(std::size_t i, std::size_t j) {
   group_index_[i] = 0;
   group_index_[j] = 1;
   contacts_.clear();
+  double fastest = 0.0;
   // The group grows while it is walked; each contact is noted when its second body is walked.
   for (std::size_t k = 0; k < group_.size(); ++k) {
     const std::size_t body = group_[k];
@@ -191,7 +198,8 @@ void VirtualWorld::gather_contacts(std::size_t i, std::size_t j) {
         group_.push_back(other);
       } else if (static_cast<std::size_t>(known) < k) {
         const Vector2 n = (bodies_.position(body) - bodies_.position(other)).normalized();
-        contacts_.push_back({known, static_cast<int>(k), n, restitution_of(body, other)});
+        contacts_.push_back({known, static_cast<int>(k), n, 0.0});
+        fastest = std::max(fastest, (bodies_.velocity(other) - bodies_.velocity(body)).dot(n));
       }
     };
     // The two that met are in contact, whatever rounding says.
@@ -201,6 +209,9 @@ void VirtualWorld::gather_contacts(std::size_t i, std::size_t j) {
     for (; other != SlidingBodies::kNobody; other = bodies_.next_neighbour(body, settings_.touch_gap, other + 1)) {
       if (other != met) add(other);
     }
+  }
+  for (ImpactContact& contact : contacts_) {
+    contact.restitution = restitution_of(group_[static_cast<std::size_t>(contact.a)], group_[static_cast<std::size_t>(contact.b)], fastest);
   }
   for (const std::size_t body : group_) group_index_[body] = -1;
 }

@@ -82,7 +82,8 @@ class VirtualWorld {
   bool resolve_pair(std::size_t i, std::size_t j, Rollout& rollout) noexcept;
   bool resolve_group(std::size_t i, std::size_t j, Rollout& rollout);
   void gather_contacts(std::size_t i, std::size_t j);
-  double restitution_of(std::size_t i, std::size_t j) const noexcept;
+  /// Of a contact in an impact whose fastest contact has this approach speed.
+  double restitution_of(std::size_t i, std::size_t j, double approach) const noexcept;
 
   WorldSettings settings_;
   std::shared_ptr<const ImpactLaw> law_;

@@ -8,7 +8,7 @@
 #include "tests/bench/report.hpp"
 #include "tests/bench/statistics.hpp"
 #include "tests/bench/stepped_tables.hpp"
-#include "tests/planner/clusters.hpp"
+#include "tests/planner/cluster_trials.hpp"
 
 #include <fmt/core.h>
 #include <CLI/CLI.hpp>
@@ -25,6 +25,7 @@ struct Arguments {
   std::uint64_t seed = 1;
   int repeats = 7;
   int accuracy = 40;
+  long clusters = 0;
   std::string json_file;
 };
 
@@ -67,7 +68,29 @@ double error_um(std::span<const Vector2> p, std::span<const Vector2> reference) 
   return 1e6 * sum / static_cast<double>(p.size());
 }
 
+/// Rollouts that are made to be hard, the same number under each law that keeps the energy bound.
+int run_trials(const Arguments& arguments) {
+  bool good = true;
+  for (const auto& name : world::impact_law_names()) {
+    const auto law = world::make_impact_law(name);
+    if (!law->keeps_energy_bound()) continue;
+    const double began = cpu_time();
+    const auto t = test::run_cluster_trials(name, arguments.clusters, arguments.seed);
+    fmt::print(
+        "{}: {} rollouts, {} at rest, {} of {} real overlaps refused, {} refused wrongly; most impacts {}; energy {:+.1e}, momentum "
+        "{:.1e}, deepest overlap "
+        "{:.1f} um; {:.0f} s\n",
+        name, t.rollouts, t.at_rest, t.overlaps_refused, t.overlaps, t.wrongly_refused, t.most_impacts, t.energy_gain, t.momentum_error,
+        -1e6 * t.smallest_gap, cpu_time() - began);
+    good = good && t.at_rest == t.rollouts - t.overlaps && t.overlaps_refused == t.overlaps && t.energy_gain <= 1e-9 &&
+           t.momentum_error <= 1e-12;
+  }
+  fmt::print("{}\n", good ? "all end, energy within 1e-9, momentum within 1e-12" : "MISSED: see above");
+  return good ? 0 : 1;
+}
+
 int run(const Arguments& arguments) {
+  if (arguments.clusters > 0) return run_trials(arguments);
   const world::WorldSettings settings;
   world::VirtualWorld ours{settings, world::make_impact_law("sequential")};
   OdeTable ode{settings.friction, settings.restitution};
@@ -89,7 +112,6 @@ int run(const Arguments& arguments) {
       times.push_back(seconds_per_rollout(all, [&](const Discs& discs) {
         const auto rollout = ours.run(discs);
         impacts += rollout->impacts;
-        energy_gain = std::max(energy_gain, rollout->energy_gain);
       }));
       ode_ratios.push_back(seconds_per_rollout(few, [&](const Discs& discs) { ode.run(discs, 1e-3); }) / times.back());
       box2d_ratios.push_back(seconds_per_rollout(few, [&](const Discs& discs) { box2d.run(discs, 1.0 / 240.0); }) / times.back());
@@ -113,6 +135,13 @@ int run(const Arguments& arguments) {
     metrics["growth_exponent"] = (log_time.back() - log_time.front()) / (log_n.back() - log_n.front());
     fmt::print("time of a rollout grows with N^{:.2f} up to {:.0f} discs\n", metrics["growth_exponent"].get<double>(),
                std::exp(log_n.back()));
+  }
+
+  world::VirtualWorld audited{world::WorldSettings{.audit = true}, world::make_impact_law("sequential")};
+  for (const int n : arguments.n) {
+    for (const Discs& discs : scenarios(n, std::max(60, 24'000 / n), arguments.seed)) {
+      energy_gain = std::max(energy_gain, audited.run(discs)->energy_gain);
+    }
   }
 
   std::vector<double> errors;
@@ -166,6 +195,10 @@ int main(int argc, char** argv) {
   app.add_option("--accuracy", arguments.accuracy, "Clusters that ODE runs at 10 us, a second each")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
+  app.add_option("--clusters", arguments.clusters,
+                 "Instead of all else: so many random clusters under each impact law that keeps the energy bound; do they end, and what of "
+                 "energy and momentum?")
+      ->check(CLI::Range(1, 100'000'000));
   app.add_option("--json", arguments.json_file, "Write the metrics to this file");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -3,7 +3,7 @@
 #include "common/gap.hpp"
 #include "planner/world/formation.hpp"
 #include "tests/controller/loop/call_counter.hpp"
-#include "tests/planner/clusters.hpp"
+#include "tests/planner/cluster_trials.hpp"
 
 #include <gtest/gtest.h>
 
@@ -211,6 +211,18 @@ TEST_P(EveryBoundedLaw, ARolloutAllocatesNothing) {
     EXPECT_TRUE(rollout);
     EXPECT_EQ(counts.heap, 0U) << "case " << i;
   }
+}
+
+TEST_P(EveryBoundedLaw, EndsAndKeepsEnergyAndMomentumWhateverTheCluster) {
+  // `bench world --clusters 1000000` runs as many as are asked for.
+  const auto trials = test::run_cluster_trials(GetParam(), 3000, 9);
+  EXPECT_EQ(trials.wrongly_refused, 0);
+  EXPECT_EQ(trials.overlaps, 60);
+  EXPECT_EQ(trials.overlaps_refused, trials.overlaps);
+  EXPECT_EQ(trials.at_rest, trials.rollouts - trials.overlaps);
+  EXPECT_LE(trials.energy_gain, 1e-9);
+  EXPECT_LE(trials.momentum_error, 1e-12);
+  EXPECT_GT(trials.smallest_gap, -5e-4);
 }
 
 INSTANTIATE_TEST_SUITE_P(Laws, EveryBoundedLaw, testing::Values("paper_corrected", "sequential", "simultaneous"),
