@@ -12,8 +12,9 @@ namespace {
 
 const std::vector<std::shared_ptr<const ImpactLaw>>& laws() {
   static const std::vector<std::shared_ptr<const ImpactLaw>> all{
-      std::make_shared<PaperCorrected>(), std::make_shared<Sequential>(),     std::make_shared<Simultaneous>(),
-      std::make_shared<PaperSumRule>(),   std::make_shared<PaperAsPrinted>(), std::make_shared<Compliant>(),
+      std::make_shared<PaperCorrected>(),         std::make_shared<Sequential>(), std::make_shared<Simultaneous>(),
+      std::make_shared<GeneralisedReflections>(), std::make_shared<Compliant>(),  std::make_shared<PaperSumRule>(),
+      std::make_shared<PaperAsPrinted>(),
   };
   return all;
 }

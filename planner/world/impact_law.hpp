@@ -36,6 +36,7 @@ struct ImpactScratch {
   std::vector<double> depth;
   std::vector<int> level;
   std::vector<Vector2> v_before;
+  std::vector<Vector2> v_plastic;
 };
 
 /// How an impact changes velocities: the one thing about the virtual world that is a matter of modelling and not of computing

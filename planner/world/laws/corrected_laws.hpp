@@ -5,8 +5,8 @@
 namespace breakshot::world {
 
 /// The paper's level-by-level propagation with what errata.md corrects: all contacts that approach are solved together with the
-/// paper's own equations (1)-(4) and impulses that only push; then the contacts are looked at again, until none approaches. This is the
-/// "generalised reflections" of Smith et al. 2012 with Newton restitution. Right for touching discs whose contacts pass the impulse on one
+/// paper's own equations (1)-(4) and impulses that only push; then the contacts are looked at again, until none approaches. These are the
+/// rounds of the "generalised reflections" of Smith et al. 2012 (below), with Newton's restitution in each. Right for touching discs whose contacts pass the impulse on one
 /// after the other; wrong by the figures of errata.md where contacts are loaded at the same time.
 ///
 /// Energy: a round changes it by -(1 - e) sum(P u) / 2 <= 0 (P, u >= 0). Should rounds not end (restitution near 0 between many discs
@@ -23,6 +23,17 @@ class PaperCorrected final : public ImpactLaw {
 class Simultaneous final : public ImpactLaw {
  public:
   std::string_view name() const noexcept override { return "simultaneous"; }
+  bool keeps_energy_bound() const noexcept override { return true; }
+  void resolve(const ImpactProblem& problem, ImpactScratch& scratch) const override;
+};
+
+/// "Generalised reflections" with "generalised restitution" (B. Smith, D. Kaufman, E. Vouga, R. Tamstorf, E. Grinspun, Reflections on Simultaneous
+/// Impact, SIGGRAPH 2012): contacts that approach are reflected together without loss, again and again until none approaches; what is left is
+/// between that and the plastic outcome, as e says. Keeps symmetry, energy (both ends do, and energy is convex) and breaking away. Where rounds of
+/// PaperCorrected lose energy each, here the whole impact does once. Several e in one impact, as with a striker, are taken as their mean.
+class GeneralisedReflections final : public ImpactLaw {
+ public:
+  std::string_view name() const noexcept override { return "generalised_reflections"; }
   bool keeps_energy_bound() const noexcept override { return true; }
   void resolve(const ImpactProblem& problem, ImpactScratch& scratch) const override;
 };

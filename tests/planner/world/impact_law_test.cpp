@@ -78,6 +78,23 @@ INSTANTIATE_TEST_SUITE_P(Laws, ErrataTable,
                                          TableRow{"simultaneous", 0.144, 0.288, -0.368, 0.726}),
                          [](const auto& test) { return std::string{test.param.law}; });
 
+TEST(GeneralisedReflections, IsTheRoundsOfTheCorrectedLawWithoutLossAndPlasticAtTheOtherEnd) {
+  // At e = 1 the two laws are one; at e = 0 nothing that touches parts faster than it must; between, velocities are linear in e.
+  const Touching elastic = struck_rack("generalised_reflections", 3, 1.0), corrected = struck_rack("paper_corrected", 3, 1.0);
+  const Touching plastic = struck_rack("generalised_reflections", 3, 0.0), between = struck_rack("generalised_reflections", 3, 0.8);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_NEAR((elastic.v[i] - corrected.v[i]).norm(), 0.0, 1e-9);
+    EXPECT_NEAR((between.v[i] - 0.8 * elastic.v[i] - 0.2 * plastic.v[i]).norm(), 0.0, 1e-9);
+  }
+  EXPECT_NEAR(elastic.energy(), 0.5, 1e-9);
+  EXPECT_NEAR(between.v[3].x(), -between.v[5].x(), 1e-9);
+  // A disc that strikes one other: Newton's restitution.
+  Touching two{{test::disc_at(0, 0), test::disc_at(0, 0.06)}, 0.8};
+  two.v[0] = {0.0, 1.0};
+  two.resolve("generalised_reflections");
+  EXPECT_NEAR(two.v[1].y() - two.v[0].y(), 0.8, 1e-12);
+}
+
 TEST(Sequential, BreaksTheSymmetryOfATieAsThePairByPairRowSays) {
   const Touching rack = struck_rack("sequential");
   EXPECT_NEAR(rack.v[4].y(), 0.184, 6e-4);
@@ -201,7 +218,8 @@ TEST_P(EveryBoundedLaw, NeverMovesADrivenBody) {
   EXPECT_LE(cluster.largest_approach(), 1e-7);
 }
 
-INSTANTIATE_TEST_SUITE_P(Laws, EveryBoundedLaw, testing::Values("paper_corrected", "sequential", "simultaneous", "compliant"),
+INSTANTIATE_TEST_SUITE_P(Laws, EveryBoundedLaw,
+                         testing::Values("paper_corrected", "sequential", "simultaneous", "generalised_reflections", "compliant"),
                          [](const auto& test) { return std::string{test.param}; });
 
 TEST(Compliant, GivesAPairItsRestitution) {

@@ -225,7 +225,7 @@ TEST_P(EveryBoundedLaw, EndsAndKeepsEnergyAndMomentumWhateverTheCluster) {
   EXPECT_GT(trials.smallest_gap, -5e-4);
 }
 
-INSTANTIATE_TEST_SUITE_P(Laws, EveryBoundedLaw, testing::Values("paper_corrected", "sequential", "simultaneous"),
+INSTANTIATE_TEST_SUITE_P(Laws, EveryBoundedLaw, testing::Values("paper_corrected", "sequential", "simultaneous", "generalised_reflections"),
                          [](const auto& test) { return std::string{test.param}; });
 
 TEST(VirtualWorld, DoesNotKnowDirectionsAndRepeatsItself) {
