@@ -16,6 +16,8 @@ constexpr std::size_t kKeep = 4;
 constexpr std::size_t kFinalists = 16;
 /// The arm is asked about the best of them until it has accepted so many.
 constexpr std::size_t kAccepted = 4;
+/// Rollouts of so many discs count as one each of the budget, those of more as more: what they cost grows with the discs.
+constexpr double kCrowd = 10.0;
 
 std::string text_of(const char* format, double a, double b = 0.0, double c = 0.0) {
   char text[160];
@@ -25,6 +27,12 @@ std::string text_of(const char* format, double a, double b = 0.0, double c = 0.0
   std::snprintf(text, sizeof text, format, a, b, c);
 #pragma GCC diagnostic pop
   return text;
+}
+
+/// Whether a hit is another one, only faster.
+bool is_faster(const StrokeRequest& hit, const StrokeRequest& slower) noexcept {
+  return hit.kind == StrokeKind::kHit && slower.kind == StrokeKind::kHit && hit.p_WS == slower.p_WS &&
+         hit.direction_W == slower.direction_W && hit.speed > slower.speed;
 }
 
 }  // namespace
@@ -45,13 +53,19 @@ Decision RobustStrategy::decide(const Scene& scene, const DecisionContext& conte
   for (Candidate& candidate : stroke_candidates(*model, context, settings_)) all.push_back({std::move(candidate), {}});
   const std::size_t tried = all.size();
   // The world that is believed most: what fails there need not be looked at further.
-  for (Scored& one : all) try_in_worlds(one, worlds, 1);
+  const Scored* before = nullptr;
+  for (Scored& one : all) {
+    // What loses a disc at some speed loses it at more: such strokes need not be run to be left out.
+    one.lost_more = before != nullptr && before->lost_more > 0 && is_faster(one.candidate.stroke, before->candidate.stroke) ? 1 : 0;
+    if (one.lost_more == 0) try_in_worlds(one, worlds, 1);
+    before = &one;
+  }
   const double now = settings_.robust.pair_time * static_cast<double>(model->pairs.size()) + settings_.robust.lost_price * outside_now_;
   std::erase_if(all, [&](const Scored& one) { return one.worlds == 0 || one.lost_more > 0; });
   // Where nothing improves matters (a crowd, one pair left in its middle), the stroke that spoils least is better than giving up.
   const auto improves = [&](const Scored& one) { return one.mean() - stroke_time(one) < now; };
   if (std::any_of(all.begin(), all.end(), improves)) std::erase_if(all, [&](const Scored& one) { return !improves(one); });
-  reject_successively(all, worlds);
+  reject_successively(all, worlds, std::max(1.0, static_cast<double>(model->discs.size()) / kCrowd));
   std::string refusal;
   if (context.filter != nullptr) ask_arm(all, worlds, *context.filter, refusal);
 
@@ -94,14 +108,15 @@ void RobustStrategy::try_in_worlds(Scored& one, SampledWorlds& worlds, std::size
   }
 }
 
-void RobustStrategy::reject_successively(std::vector<Scored>& all, SampledWorlds& worlds) const {
+void RobustStrategy::reject_successively(std::vector<Scored>& all, SampledWorlds& worlds, double rollout_cost) const {
   const auto by_mean = [](const Scored& a, const Scored& b) { return a.mean() < b.mean(); };
   const auto most = static_cast<std::size_t>(settings_.robust.worlds);
   std::stable_sort(all.begin(), all.end(), by_mean);
+  const auto rollouts = static_cast<std::size_t>(settings_.robust.rollouts / rollout_cost);
   for (std::size_t up_to = kKeep; !all.empty(); up_to *= kKeep) {
     up_to = std::min(up_to, most);
     // Rounds cost about the same: what is kept times the worlds that it is tried in.
-    const auto affordable = static_cast<std::size_t>(settings_.robust.rollouts) / (4 * up_to);
+    const std::size_t affordable = rollouts / (4 * up_to);
     const std::size_t kept = std::max(kFinalists, std::min(affordable, all.size()));
     if (all.size() > kept) all.resize(kept);
     for (Scored& one : all) try_in_worlds(one, worlds, up_to);

@@ -35,7 +35,8 @@ class RobustStrategy final : public Strategy {
   double stroke_time(const Scored& one) const noexcept;
   double cost_of(const Scored& one, const Aftermath& aftermath) const noexcept;
   void try_in_worlds(Scored& one, SampledWorlds& worlds, std::size_t up_to) const;
-  void reject_successively(std::vector<Scored>& all, SampledWorlds& worlds) const;
+  /// @param rollout_cost  of a rollout of so many discs, in those of the budget
+  void reject_successively(std::vector<Scored>& all, SampledWorlds& worlds, double rollout_cost) const;
   void ask_arm(std::vector<Scored>& all, SampledWorlds& worlds, StrokeFilter& arm, std::string& refusal) const;
   StrokeOption option_of(const Scored& one, SampledWorlds& worlds) const;
 

@@ -19,4 +19,12 @@ namespace breakshot::world {
 void solve_together(const ImpactProblem& problem, std::span<const int> contacts, std::span<const double> target,
                     std::vector<double>& impulse);
 
+/// All contacts together with e = 0: afterwards none approaches, and energy has only gone down.
+void end_without_bounce(const ImpactProblem& problem, ImpactScratch& scratch);
+
+/// Approach speeds below this count as rounding, m/s.
+double rounding_speed(const ImpactProblem& problem) noexcept;
+/// Contacts that approach no faster than this are let be, m/s.
+double quiet_speed(const ImpactProblem& problem) noexcept;
+
 }  // namespace breakshot::world

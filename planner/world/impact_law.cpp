@@ -1,5 +1,6 @@
 #include "planner/world/impact_law.hpp"
 
+#include "planner/world/laws/compliant.hpp"
 #include "planner/world/laws/corrected_laws.hpp"
 #include "planner/world/laws/paper_laws.hpp"
 
@@ -11,8 +12,9 @@ namespace {
 
 const std::vector<std::shared_ptr<const ImpactLaw>>& laws() {
   static const std::vector<std::shared_ptr<const ImpactLaw>> all{
-      std::make_shared<PaperCorrected>(),         std::make_shared<Sequential>(),   std::make_shared<Simultaneous>(),
-      std::make_shared<GeneralisedReflections>(), std::make_shared<PaperSumRule>(), std::make_shared<PaperAsPrinted>(),
+      std::make_shared<PaperCorrected>(),         std::make_shared<Sequential>(), std::make_shared<Simultaneous>(),
+      std::make_shared<GeneralisedReflections>(), std::make_shared<Compliant>(),  std::make_shared<PaperSumRule>(),
+      std::make_shared<PaperAsPrinted>(),
   };
   return all;
 }

@@ -15,6 +15,7 @@ struct ImpactContact {
   int a = 0, b = 0;          ///< indices into the problem's bodies
   Vector2 n_AB{1.0, 0.0};    ///< unit normal from a to b
   double restitution = 0.0;  ///< e, 0 ... 1
+  double gap = 0.0;          ///< m, >= 0; only laws that heed_gaps() are told
 };
 
 /// Bodies that touch at one instant, some of which approach; the impact law changes their velocities.
@@ -32,6 +33,7 @@ struct ImpactScratch {
   std::vector<int> active;  // contacts, then whatever a law wants to mark
   std::vector<double> target;
   std::vector<double> impulse;
+  std::vector<double> depth;
   std::vector<int> level;
   std::vector<Vector2> v_before;
   std::vector<Vector2> v_plastic;
@@ -47,6 +49,8 @@ class ImpactLaw {
   virtual bool keeps_energy_bound() const noexcept = 0;
   /// Whether two bodies that touch no third part at e times the speed at which they met, so that nobody need ask the law about them.
   virtual bool bounces_pairs() const noexcept { return true; }
+  /// Whether the law wants to know the gaps of contacts.
+  virtual bool heeds_gaps() const noexcept { return false; }
   virtual void resolve(const ImpactProblem& problem, ImpactScratch& scratch) const = 0;
 };
 

@@ -4,6 +4,7 @@
 #include "planner/world/disc.hpp"
 #include "planner/world/virtual_world.hpp"
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -31,11 +32,20 @@ class QuasiStaticPush {
                                                         double allowed_overlap = 1e-5) &;
 
  private:
+  /// Two discs near enough to overlap before the next look.
+  struct Near {
+    std::size_t a = 0, b = 0;
+    double reach = 0.0;
+  };
   bool part_from_striker(const Vector2& p_WS, double radius) noexcept;
   double part_from_each_other() noexcept;
+  void look_who_is_near();
+  bool someone_went_far() const noexcept;
 
   std::vector<Vector2> p_WD_;
   std::vector<double> radius_;
+  std::vector<Near> near_;
+  std::vector<Vector2> p_WD_then_;  // when near_ was made
 };
 
 }  // namespace breakshot::world

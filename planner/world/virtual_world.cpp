@@ -230,6 +230,12 @@ bool VirtualWorld::resolve_group(std::size_t i, std::size_t j, Rollout& rollout)
 
   const Vector2 n = (bodies_.position(j) - bodies_.position(i)).normalized();
   const double approach_before = (group_v_[0] - group_v_[1]).dot(n);
+  if (law_->heeds_gaps()) {
+    for (ImpactContact& contact : contacts_) {
+      const std::size_t a = group_[static_cast<std::size_t>(contact.a)], b = group_[static_cast<std::size_t>(contact.b)];
+      contact.gap = std::max(0.0, (bodies_.position(b) - bodies_.position(a)).norm() - bodies_.radius(a) - bodies_.radius(b));
+    }
+  }
   law_->resolve({contacts_, group_inverse_mass_, group_v_, kLeftApproaching}, scratch_);
 
   if (settings_.audit && !with_striker) audit(group_inverse_mass_, group_v_before_, group_v_, rollout);

@@ -34,12 +34,13 @@ nlohmann::json metrics_of(const Group& group) {
   std::size_t successes = 0;
   double lost = 0.0;
   double discs = 0.0;
-  std::vector<double> decisions;
+  std::vector<double> decisions, decisions_cpu;
   for (const auto* record : group) {
     successes += record->success ? 1 : 0;
     lost += record->result.truly_lost;
     discs += static_cast<double>(record->result.truth.size());
     decisions.insert(decisions.end(), record->result.decision_s.begin(), record->result.decision_s.end());
+    decisions_cpu.insert(decisions_cpu.end(), record->result.decision_cpu_s.begin(), record->result.decision_cpu_s.end());
   }
   const auto times = values(group, [](const auto& r) { return r.time_s; });
   const auto task = [&](auto&& f) { return mean(values(group, [&](const auto& r) { return f(r.result.task); })); };
@@ -55,7 +56,9 @@ nlohmann::json metrics_of(const Group& group) {
           {"think_s", task([](const TaskStatus& t) { return to_seconds(t.times.decide); })},
           {"move_s", task([](const TaskStatus& t) { return to_seconds(t.times.move); })},
           {"settle_s", task([](const TaskStatus& t) { return to_seconds(t.times.settle); })},
-          {"decision_p99_ms", 1e3 * quantile(decisions, 0.99)}};
+          {"decision_p99_ms", 1e3 * quantile(decisions, 0.99)},
+          {"decision_cpu_p50_ms", 1e3 * quantile(decisions_cpu, 0.5)},
+          {"decision_cpu_p99_ms", 1e3 * quantile(decisions_cpu, 0.99)}};
 }
 
 Comparison compare(const Group& a, const Group& b) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <stdexcept>
 
 namespace breakshot::support {
@@ -19,6 +20,13 @@ constexpr Duration kRunnerEvery = std::chrono::milliseconds{50};
 constexpr Duration kHangs = std::chrono::minutes{15};
 
 constexpr Time kStart = time_from_ns(1'000'000'000);
+
+/// CPU time of the calling thread, s: what a decision costs on a machine that does other things too.
+double thread_cpu_s() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
 
 bool every(Time now, Duration period) { return (now - kStart) % period == Duration::zero(); }
 
@@ -217,11 +225,13 @@ void InProcessCell::carry_out(Episode& episode) {
       episode.executor.submit(as_made(send->stroke, episode.truth), now);
     } else if (const auto* run = std::get_if<task::RunStrategy>(&action)) {
       const auto began = std::chrono::steady_clock::now();
+      const double cpu_began = thread_cpu_s();
       strategy::DecisionContext context = run->context;
       if (settings_.ask_arm) context.filter = &arm_filter_;
       if (settings_.learn) context.belief = episode.estimate.belief(run->scene);
       auto decision = episode.strategy->decide(run->scene, context);
       episode.result.decision_s.push_back(to_seconds(std::chrono::steady_clock::now() - began));
+      episode.result.decision_cpu_s.push_back(thread_cpu_s() - cpu_began);
       const Duration charge = episode.strategy->name() == "robust" ? settings_.robust_think_charge : settings_.think_charge;
       episode.thought = Episode::Thought{run->ticket, std::move(decision), charge, now + charge};
     } else if (auto* plan = std::get_if<Plan>(&action)) {

@@ -78,6 +78,7 @@ struct EpisodeResult {
   int truly_lost = 0;                          ///< discs outside the region or off the table
   Duration duration{};                         ///< of the cell clock, from the order to its end
   std::vector<double> decision_s;              ///< measured time of each decision
+  std::vector<double> decision_cpu_s;          ///< and the CPU time in it, which other programs on the machine lengthen less
   std::vector<strategy::TableBelief> beliefs;  ///< after each stroke, about the whole table
   std::vector<Plan> plans;                     ///< every stroke that was asked for, in order
   std::vector<Outcome> outcomes;               ///< of those that ran: Outcome::plan_seq names the plan

@@ -3,35 +3,17 @@
 #include "planner/world/contact_solver.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 namespace breakshot::world {
 
 namespace {
-
-/// Approach speeds below this part of the largest speed count as rounding.
-constexpr double kRounding = 1e-10;
-
-double largest_speed(std::span<const Vector2> v) noexcept {
-  double largest = 0.0;
-  for (const Vector2& one : v) largest = std::max(largest, one.norm());
-  return largest;
-}
-
-/// All contacts together with e = 0: afterwards none approaches, and energy has only gone down.
-void end_without_bounce(const ImpactProblem& problem, ImpactScratch& scratch) {
-  scratch.active.resize(problem.contacts.size());
-  std::iota(scratch.active.begin(), scratch.active.end(), 0);
-  scratch.target.assign(problem.contacts.size(), 0.0);
-  solve_together(problem, scratch.active, scratch.target, scratch.impulse);
-}
 
 /// Solves rounds of contacts together until none approaches. With `all`, those that merely touch take part; `elastic` puts e = 1 in place of
 /// the contacts' own.
 void solve_in_rounds(const ImpactProblem& problem, ImpactScratch& scratch, bool all, bool elastic = false) {
   // Racks of 21 discs take about 20 rounds for e >= 0.2.
   constexpr int kRounds = 64;
-  const double rounding = kRounding * largest_speed(problem.v);
+  const double rounding = rounding_speed(problem);
   const double quiet = std::max(problem.quiet, rounding);
   const double from = all ? -rounding : quiet;
   for (int round = 0; round < kRounds; ++round) {
@@ -71,7 +53,7 @@ void GeneralisedReflections::resolve(const ImpactProblem& problem, ImpactScratch
 
 void Sequential::resolve(const ImpactProblem& problem, ImpactScratch& scratch) const {
   constexpr int kSweeps = 1000;
-  const double quiet = std::max(problem.quiet, kRounding * largest_speed(problem.v));
+  const double quiet = quiet_speed(problem);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     bool any = false;
     for (const ImpactContact& contact : problem.contacts) {
