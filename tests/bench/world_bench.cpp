@@ -1,6 +1,6 @@
 // `./breakshot bench world`: how fast and how right the virtual world is, beside ODE and Box2D in the same process.
 //
-// Every scenario is a random compact cluster with gaps up to 0.2 mm, in which the outermost disc on one side starts towards the others. All
+// Every scenario is a random compact cluster with gaps up to 0.2 mm or --gap, in which the outermost disc on one side starts towards the others. All
 // scenarios are distinct: repeating a few flatters an event-driven engine twofold (physics.md 0).
 
 #include "common/random.hpp"
@@ -26,6 +26,8 @@ struct Arguments {
   int repeats = 7;
   int accuracy = 40;
   long clusters = 0;
+  double restitution = world::WorldSettings{}.restitution;
+  double gap = 2e-4;  // m
   std::string json_file;
 };
 
@@ -38,12 +40,12 @@ double cpu_time() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-std::vector<Discs> scenarios(int discs, int count, std::uint64_t seed) {
+std::vector<Discs> scenarios(int discs, int count, std::uint64_t seed, double largest_gap) {
   std::mt19937_64 random{seed * 1'000'003U + static_cast<std::uint64_t>(discs)};
   const auto uniform = [&](double low, double high) { return std::uniform_real_distribution{low, high}(random); };
   std::vector<Discs> all;
   for (int i = 0; i < count; ++i) {
-    Discs one = test::random_cluster(random, discs, 2e-4);
+    Discs one = test::random_cluster(random, discs, largest_gap);
     const double bearing = uniform(-std::numbers::pi, std::numbers::pi);
     const Vector2 direction{std::cos(bearing), std::sin(bearing)};
     auto first = std::min_element(one.begin(), one.end(),
@@ -91,7 +93,7 @@ int run_trials(const Arguments& arguments) {
 
 int run(const Arguments& arguments) {
   if (arguments.clusters > 0) return run_trials(arguments);
-  const world::WorldSettings settings;
+  const world::WorldSettings settings{.restitution = arguments.restitution};
   world::VirtualWorld ours{settings, world::make_impact_law("sequential")};
   OdeTable ode{settings.friction, settings.restitution};
   const Box2dTable box2d{settings.friction, settings.restitution};
@@ -102,7 +104,7 @@ int run(const Arguments& arguments) {
   fmt::print("{:>5}{:>14}{:>12}{:>10}{:>14}{:>12}{:>12}\n", "discs", "rollouts/s", "us each", "impacts", "us/impact", "ODE 1 ms",
              "Box2D 1/240");
   for (const int n : arguments.n) {
-    const auto all = scenarios(n, std::max(60, 24'000 / n), arguments.seed);
+    const auto all = scenarios(n, std::max(60, 24'000 / n), arguments.seed, arguments.gap);
     // The engines are so much slower that a part of the scenarios says enough.
     const std::vector<Discs> few{all.begin(), all.begin() + std::max(10, 600 / n)};
     std::vector<double> times, ode_ratios, box2d_ratios;
@@ -137,16 +139,17 @@ int run(const Arguments& arguments) {
                std::exp(log_n.back()));
   }
 
-  world::VirtualWorld audited{world::WorldSettings{.audit = true}, world::make_impact_law("sequential")};
+  world::VirtualWorld audited{world::WorldSettings{.restitution = arguments.restitution, .audit = true},
+                              world::make_impact_law("sequential")};
   for (const int n : arguments.n) {
-    for (const Discs& discs : scenarios(n, std::max(60, 24'000 / n), arguments.seed)) {
+    for (const Discs& discs : scenarios(n, std::max(60, 24'000 / n), arguments.seed, arguments.gap)) {
       energy_gain = std::max(energy_gain, audited.run(discs)->energy_gain);
     }
   }
 
   // Twice at finer steps: what is ODE's own error shrinks with the step, what is ours stays.
   fmt::print("rest positions against ODE, {} clusters of 6:", arguments.accuracy);
-  const auto clusters = scenarios(6, arguments.accuracy, arguments.seed + 1);
+  const auto clusters = scenarios(6, arguments.accuracy, arguments.seed + 1, arguments.gap);
   for (const double step_us : {10.0, 5.0, 2.5}) {
     std::vector<double> errors;
     for (const Discs& discs : clusters) errors.push_back(error_um(ours.run(discs)->p_WD, ode.run(discs, 1e-6 * step_us)));
@@ -197,6 +200,10 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--accuracy", arguments.accuracy, "Clusters that ODE runs at steps of 10, 5 and 2.5 us")
       ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  app.add_option("--restitution", arguments.restitution, "e between discs")->check(CLI::Range(0.0, 1.0))->capture_default_str();
+  app.add_option("--gap", arguments.gap, "Largest gap between neighbours, m; 0: they touch")
+      ->check(CLI::Range(0.0, 0.01))
       ->capture_default_str();
   app.add_option("--clusters", arguments.clusters,
                  "Instead of all else: so many random clusters under each impact law that keeps the energy bound; do they end, and what of "

@@ -12,7 +12,7 @@ namespace breakshot::world {
 /// with a gap close it first, so that groups of gaps up to speed x contact_time may be given to it; without gaps contact_time does not matter.
 ///
 /// Right where contacts are linear and discs hardly move while they last. Breaks when they do move: normals and positions stand still meanwhile (a
-/// few per cent of a radius in some ms); Hertz contacts are softer at first (on a six-disc rack, e = 0.8: v5 0.227; see the test). 100 times slower than the others.
+/// few per cent of a radius in some ms); Hertz contacts are softer at first (on a six-disc rack, e = 0.8: v5 0.227; see the test). 7 to 30 times slower than the others.
 ///
 /// Energy: integration errs by about a part in 1000; a result with more than there was is drawn to the centre of mass's velocity until it has as much,
 /// which leaves momentum alone.
