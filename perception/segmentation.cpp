@@ -18,7 +18,7 @@ constexpr int kLeastHole = 16;      // px of contour: smaller holes are noise an
 // Nearer to the table's hue than this is table, whatever the ranges say: cosine of the angle in RGB between a grey and one of saturation 0.25.
 constexpr double kTableCosine = 0.985;
 constexpr double kGlareCosine = 0.996;  // the same for what is brighter than the table ever is
-constexpr double kGlare = 1.08;         // times as bright as the table
+constexpr double kGlare = 1.20;         // times as bright as the table: above the seams between it and the brightest paint
 constexpr double kGlareSaturation = 0.20;
 constexpr double kPaintSaturation = 0.5;  // from here on something is painted, if only in a colour that no disc has
 
