@@ -70,6 +70,7 @@ class Camera::Implementation {
         current_{context_},
         rasteriser_{projector_, light_, settings.shine, settings.table},
         drawn_{model.width, model.height},
+        raised_{drawn_},
         background_{model.width, model.height},
         image_{model.width, model.height},
         moving_tiles_{drawn_} {
@@ -95,7 +96,7 @@ class Camera::Implementation {
     draw(snapshot);
     if (drift_.active()) sensor_.set_exposure(drift_.at(exposure_, snapshot.stamp));
     if (moving_shadow_.active()) moving_shadow_.cast(image_.rgb, snapshot.stamp, shaded_);
-    if (depth_flaws_.active()) depth_flaws_.apply(image_.depth, model().width, drawn_, frame, flawed_);
+    if (depth_flaws_.active()) depth_flaws_.apply(image_.depth, model().width, raised_, frame, flawed_);
     sensor_.expose(moving_shadow_.active() ? shaded_ : image_.rgb, frame, rgb);
     sensor_.measure(depth_flaws_.active() ? flawed_ : image_.depth, frame, depth);
   }
@@ -198,6 +199,8 @@ class Camera::Implementation {
     drawn_.for_each_run([&](const PixelRect& run) { restore(run); });
     rasteriser_.draw(scene_, background_, image_);
     drawn_ = scene_.tiles();
+    raised_ = scene_.solid_tiles;
+    raised_.mark(scene_.disc_tiles);
     if (settings_.exposure_time > 0.0) blur(snapshot);
   }
 
@@ -267,6 +270,7 @@ class Camera::Implementation {
     }
     for_each_moving_row([&](std::size_t first, std::size_t count) { take_average(first, count, static_cast<std::uint32_t>(samples)); });
     drawn_.mark(moving_tiles_);
+    raised_.mark(moving_tiles_);
   }
 
   template <typename Visit>
@@ -321,6 +325,7 @@ class Camera::Implementation {
 
   Scene scene_{projector_, light_.lamps.size()};
   TileGrid drawn_;         ///< tiles of image_ that are not background
+  TileGrid raised_;        ///< those of them where something stands up from the table
   IdealImage background_;  ///< table, floor and the arm's base
   IdealImage image_;       ///< the last frame
 

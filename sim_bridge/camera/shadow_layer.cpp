@@ -84,12 +84,13 @@ void ShadowLayer::draw_arm(const ShadowMesh& shadows) {
                    [](float loss) { return static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt(std::max(1.0F - loss, 0.0F)))); });
   }
   glDisable(GL_BLEND);
-  shadows.arm_tiles().for_each_run([&](const PixelRect& run) { enlarge(run); });
+  shadows.arm_tiles().for_each_run([&](const PixelRect& run) { channels_ == 1 ? enlarge<1>(run) : enlarge<4>(run); });
 }
 
+template <std::size_t kChannels>
 void ShadowLayer::enlarge(const PixelRect& run) {
   const int first = std::max(run.x / kCoarse - 1, 0), last = std::min((run.x + run.width) / kCoarse + 1, coarse_width_ - 1);
-  const auto index = [&](int column) { return channels_ * static_cast<std::size_t>(column); };
+  const auto index = [&](int column) { return kChannels * static_cast<std::size_t>(column); };
   for (int y = run.y; y < run.y + run.height; ++y) {
     const std::uint32_t weight = kNeighbour[static_cast<std::size_t>(y % kCoarse)];
     const std::uint8_t* row = &coarse_[index(y / kCoarse * coarse_width_)];
@@ -103,7 +104,7 @@ void ShadowLayer::enlarge(const PixelRect& run) {
       const std::uint32_t across = kNeighbour[static_cast<std::size_t>(x % kCoarse)];
       const std::uint16_t* here = &coarse_row_[index(x / kCoarse)];
       const std::uint16_t* beside = &coarse_row_[index(std::clamp(neighbour_of(x), first, last))];
-      for (std::size_t c = 0; c < channels_; ++c) {
+      for (std::size_t c = 0; c < kChannels; ++c) {
         out[index(x) + c] = static_cast<std::uint8_t>(((8 - across) * here[c] + across * beside[c] + 32) / 64);
       }
     }

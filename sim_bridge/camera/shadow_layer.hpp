@@ -31,6 +31,7 @@ class ShadowLayer {
  private:
   void draw_arm(const ShadowMesh& shadows);
   void draw_arm(const ShadowMesh& shadows, std::size_t lamp);
+  template <std::size_t kChannels>
   void enlarge(const PixelRect& run);
   void draw_discs(const ShadowMesh& shadows);
 
