@@ -79,8 +79,7 @@ Result<Guess, CalibrationRefusal> guess_all(const std::vector<CalibrationView>& 
     cv::Mat turn, t, R;
     const bool solved = cv::solvePnP(board_points(view.seen), image_points(view.seen), camera_matrix(guess.camera), guess.camera.distortion,
                                      turn, t, false, cv::SOLVEPNP_IPPE);
-    if (!solved || cv::countNonZero(cv::Mat(t != t)) > 0)
-      return CalibrationRefusal{view.seen.picture + ": found corners that no board shows"};
+    if (!solved || !cv::checkRange(t)) return CalibrationRefusal{view.seen.picture + ": found corners that no board shows"};
     cv::Rodrigues(turn, R);
     guess.X_CP.push_back(to_pose(R, t));
   }
