@@ -13,6 +13,7 @@
 #include <fmt/core.h>
 #include <CLI/CLI.hpp>
 
+#include <cstdio>
 #include <ctime>
 #include <iostream>
 
@@ -84,6 +85,7 @@ int run_trials(const Arguments& arguments) {
         "{:.1f} um; {:.0f} s\n",
         name, t.rollouts, t.at_rest, t.overlaps_refused, t.overlaps, t.wrongly_refused, t.most_impacts, t.energy_gain, t.momentum_error,
         -1e6 * t.smallest_gap, cpu_time() - began);
+    std::fflush(stdout);  // it takes minutes
     good = good && t.at_rest == t.rollouts - t.overlaps && t.overlaps_refused == t.overlaps && t.energy_gain <= 1e-9 &&
            t.momentum_error <= 1e-12;
   }
