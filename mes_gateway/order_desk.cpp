@@ -252,7 +252,7 @@ void OrderDesk::on_recovery_status(const TaskStatus& status) {
   }
 }
 
-void OrderDesk::end_clearing(Verdict verdict, Reason reason, const std::string& text) {
+void OrderDesk::end_clearing(Verdict verdict, Reason reason, std::string text) {
   const Clearing clearing = *std::exchange(clearing_, std::nullopt);
   const bool done = verdict == Verdict::kAccepted;
   state_ = done && clearing.before == PackState::kAborted ? PackState::kStopped : clearing.before;

@@ -94,7 +94,7 @@ class OrderDesk {
   Ack reset(const Command& command);
   std::optional<Ack> clear(const Command& command, const Now& now);
   void on_recovery_status(const TaskStatus& status);
-  void end_clearing(Verdict verdict, Reason reason, const std::string& text);
+  void end_clearing(Verdict verdict, Reason reason, std::string text);
   void tick_clearing(const Now& now);
   void tick_stop(const Now& now);
   std::string stopped_text() const;

@@ -41,7 +41,7 @@ class Desk : public ::testing::Test {
     desk->tick(now);
   }
   /// The planner says how the order's task stands; it acknowledges the newest request.
-  void planner_says(TaskPhase phase, TaskFailure failure = TaskFailure::kNone) {
+  void planner_says(TaskPhase phase, TaskFailure failure = TaskFailure::kNone, const std::string& text = "") {
     if (const auto request = desk->take_request(now)) taken = *request;
     TaskStatus status;
     status.order_id = taken.order_id;
@@ -49,6 +49,7 @@ class Desk : public ::testing::Test {
     status.request_seq = taken.seq;
     status.phase = phase;
     status.failure = failure;
+    status.text = text;
     status.discs_seen = 6;
     status.discs_singulated = phase == TaskPhase::kSingulated ? 6 : 2;
     desk->on_task_status(status, now);
@@ -155,7 +156,8 @@ TEST_F(Desk, AStoppedCellTakesNoOrderBeforeAClear) {
   planner_says(TaskPhase::kRecovering);
   EXPECT_EQ(taken.verb, TaskRequest::Verb::kRecover);
   EXPECT_FALSE(desk->take_answer());
-  planner_says(TaskPhase::kRecovered);
+  const std::string ended = "ended: the drives restarted, and more than fits beside a string's own bytes";
+  planner_says(TaskPhase::kRecovered, TaskFailure::kNone, ended);
   advance(milliseconds{50});
   EXPECT_FALSE(desk->take_answer()) << "the controller's health still says that it is stopped";
   desk->on_stop("");
@@ -163,6 +165,7 @@ TEST_F(Desk, AStoppedCellTakesNoOrderBeforeAClear) {
   const auto answer = desk->take_answer();
   ASSERT_TRUE(answer);
   EXPECT_EQ(answer->verdict, Verdict::kAccepted);
+  EXPECT_EQ(answer->text, ended) << "a text that went with what it was part of (found by a sanitizer's build)";
   EXPECT_EQ(answer->command_id, clear.command_id);
   EXPECT_EQ(desk->state(), PackState::kStopped);
   EXPECT_FALSE(desk->take_answer());
