@@ -277,8 +277,7 @@ class Camera::Implementation {
   void for_each_moving_row(Visit&& visit) const {
     moving_tiles_.for_each_run([&](const PixelRect& run) {
       for (int row = run.y; row < run.y + run.height; ++row) {
-        visit(static_cast<std::size_t>(row) * static_cast<std::size_t>(model().width) + static_cast<std::size_t>(run.x),
-              static_cast<std::size_t>(run.width));
+        visit(pixel_index(run.x, row, model().width), static_cast<std::size_t>(run.width));
       }
     });
   }

@@ -45,12 +45,12 @@ void DepthFlaws::roughen(std::span<const std::uint16_t> ideal, int width, const 
                          std::span<std::uint16_t> flawed) {
   const int height = static_cast<int>(ideal.size()) / width;
   const int reach = std::max(kRimWidth, static_cast<int>(std::ceil(settings_.bleed)));
-  const auto at = [&](int x, int y) { return or_nothing(ideal[static_cast<std::size_t>(y * width + x)]); };
+  const auto at = [&](int x, int y) { return or_nothing(ideal[pixel_index(x, y, width)]); };
   const int top = std::max(run.y - reach, 0), bottom = std::min(run.y + run.height + reach, height);
   // Smallest depth in a square window, first along the rows, then down.
-  nearest_.resize(static_cast<std::size_t>((bottom - top) * run.width));
+  nearest_.resize(area(run.width, bottom - top));
   for (int y = top; y < bottom; ++y) {
-    std::uint16_t* out = &nearest_[static_cast<std::size_t>((y - top) * run.width)];
+    std::uint16_t* out = &nearest_[pixel_index(0, y - top, run.width)];
     for (int i = 0; i < run.width; ++i) out[i] = at(run.x + i, y);
     for (int shift = -reach; shift <= reach; ++shift) {
       for (int i = std::max(0, -(run.x + shift)); i < std::min(run.width, width - run.x - shift); ++i)
@@ -66,13 +66,13 @@ void DepthFlaws::roughen(std::span<const std::uint16_t> ideal, int width, const 
   };
   for (int y = run.y; y < run.y + run.height; ++y) {
     for (int i = 0; i < run.width; ++i) {
-      const int x = run.x + i, own = ideal[static_cast<std::size_t>(y * width + x)];
+      const int x = run.x + i, own = ideal[pixel_index(x, y, width)];
       if (own == 0) continue;
       std::uint16_t nearest = kNothing;
       for (int v = std::max(y - reach, top); v < std::min(y + reach + 1, bottom); ++v)
-        nearest = std::min(nearest, nearest_[static_cast<std::size_t>((v - top) * run.width + i)]);
+        nearest = std::min(nearest, nearest_[pixel_index(i, v - top, run.width)]);
       if (own - nearest <= kJump) continue;
-      std::uint16_t& out = flawed[static_cast<std::size_t>(y * width + x)];
+      std::uint16_t& out = flawed[pixel_index(x, y, width)];
       const auto within = static_cast<int>(std::lround(settings_.bleed * draw(x, y, frame, 0)));
       if (within > 0) {
         const std::uint16_t over = nearest_within(x, y, within);
@@ -106,7 +106,7 @@ void DepthFlaws::apply(std::span<const std::uint16_t> ideal, int width, const Ti
   std::optional<PixelRect> last;
   const auto shade = [&](const PixelRect& run) {
     for (int y = run.y; y < run.y + run.height; ++y) {
-      shade_row(flawed.subspan(static_cast<std::size_t>(y * width), static_cast<std::size_t>(width)), run.x + run.width);
+      shade_row(flawed.subspan(pixel_index(0, y, width), static_cast<std::size_t>(width)), run.x + run.width);
     }
   };
   raised.for_each_run([&](const PixelRect& run) {

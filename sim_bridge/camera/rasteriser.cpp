@@ -23,8 +23,6 @@ void add(const Value* values, std::size_t count, Sum* sums) {
   for (std::size_t i = 0; i < count; ++i) sums[i] = static_cast<Sum>(sums[i] + values[i]);
 }
 
-constexpr std::size_t area(int width, int height) { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
-
 /// A factor of 0 to 255 as one of 0 to 256, so that the full one is exact.
 constexpr std::uint32_t widened(std::uint8_t factor) { return factor + (std::uint32_t{factor} >> 7); }
 
@@ -32,7 +30,7 @@ constexpr std::uint32_t widened(std::uint8_t factor) { return factor + (std::uin
 template <typename Visit>
 void for_each_row(const PixelRect& rect, int image_width, Visit&& visit) {
   for (int row = rect.y; row < rect.y + rect.height; ++row) {
-    visit(area(row, image_width) + static_cast<std::size_t>(rect.x), static_cast<std::size_t>(rect.width));
+    visit(pixel_index(rect.x, row, image_width), static_cast<std::size_t>(rect.width));
   }
 }
 
@@ -164,7 +162,7 @@ template <std::size_t kChannels>
 void Rasteriser::compose_mesh(const PixelRect& run, const IdealImage& background, IdealImage& image) const {
   const std::uint8_t* const factors = shadow_layer_.factors().data();
   for (int row = run.y; row < run.y + run.height; ++row) {
-    const std::size_t first = area(row, width_) + static_cast<std::size_t>(run.x);
+    const std::size_t first = pixel_index(run.x, row, width_);
     for (std::size_t pixel = first; pixel < first + static_cast<std::size_t>(run.width); ++pixel) {
       const std::uint16_t* sum = &sum_rgba_[4 * pixel];
       const std::uint32_t uncovered = sum[3] / 255U;  // layers that show the background
@@ -189,7 +187,7 @@ template <std::size_t kChannels>
 void Rasteriser::compose_shadow(const PixelRect& run, const IdealImage& background, IdealImage& image) const {
   const std::uint8_t* const factors = shadow_layer_.factors().data();
   for (int row = run.y; row < run.y + run.height; ++row) {
-    const std::size_t first = area(row, width_) + static_cast<std::size_t>(run.x);
+    const std::size_t first = pixel_index(run.x, row, width_);
     const auto width = static_cast<std::size_t>(run.width);
     for (std::size_t pixel = first; pixel < first + width; ++pixel) {
       for (std::size_t channel = 0; channel < 3; ++channel) {

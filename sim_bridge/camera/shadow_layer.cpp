@@ -37,12 +37,12 @@ ShadowLayer::ShadowLayer(const Projector& projector, const Light& light, const T
       disc_stream_{4, 2, 4},
       coarse_target_{coarse_width_, coarse_height_, {light.coloured ? GLenum{GL_RGBA8} : GLenum{GL_R8}}, false},
       target_{width_, height_, {light.coloured ? GLenum{GL_RGBA8} : GLenum{GL_R8}}, false},
-      coarse_(channels_ * static_cast<std::size_t>(coarse_width_ * coarse_height_)),
+      coarse_(channels_ * area(coarse_width_, coarse_height_)),
       coarse_lamp_(light.lamps.size() > 1 ? coarse_.size() : 0),
       coarse_loss_(coarse_lamp_.size()),
       coarse_row_(channels_ * static_cast<std::size_t>(coarse_width_)),
-      run_factors_(channels_ * static_cast<std::size_t>(width_ * TileGrid::kTile)),
-      factors_(channels_ * static_cast<std::size_t>(width_ * height_)) {
+      run_factors_(channels_ * area(width_, TileGrid::kTile)),
+      factors_(channels_ * area(width_, height_)) {
   for (const Program* program : {&arm_program_, &disc_program_}) {
     set_light(*program, light, {});
     program->set("table_half", Vector2{0.5 * table.size});
@@ -130,8 +130,8 @@ void ShadowLayer::draw_discs(const ShadowMesh& shadows) {
   shadows.disc_tiles().for_each_run([&](const PixelRect& run) {
     glReadPixels(run.x, run.y, run.width, run.height, format_, GL_UNSIGNED_BYTE, run_factors_.data());
     for (int row = 0; row < run.height; ++row) {
-      std::uint8_t* factor = &factors_[channels_ * static_cast<std::size_t>((run.y + row) * width_ + run.x)];
-      const std::uint8_t* disc = &run_factors_[channels_ * static_cast<std::size_t>(row * run.width)];
+      std::uint8_t* factor = &factors_[channels_ * pixel_index(run.x, run.y + row, width_)];
+      const std::uint8_t* disc = &run_factors_[channels_ * pixel_index(0, row, run.width)];
       for (std::size_t i = 0; i < channels_ * static_cast<std::size_t>(run.width); ++i) {
         // Multiplies two shares of 255, exact at both ends.
         const int product = factor[i] * disc[i] + 128;
@@ -144,7 +144,7 @@ void ShadowLayer::draw_discs(const ShadowMesh& shadows) {
 void ShadowLayer::draw(const ShadowMesh& shadows, const TileGrid& tiles) {
   tiles.for_each_run([&](const PixelRect& run) {
     for (int row = run.y; row < run.y + run.height; ++row) {
-      std::fill_n(&factors_[channels_ * static_cast<std::size_t>(row * width_ + run.x)], channels_ * static_cast<std::size_t>(run.width),
+      std::fill_n(&factors_[channels_ * pixel_index(run.x, row, width_)], channels_ * static_cast<std::size_t>(run.width),
                   std::uint8_t{255});
     }
   });

@@ -2,10 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace breakshot::sim_bridge {
+
+/// How many pixels an image has.
+constexpr std::size_t area(int width, int height) { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+/// Where a pixel is in an image that is stored row by row.
+constexpr std::size_t pixel_index(int x, int y, int width) { return area(width, y) + static_cast<std::size_t>(x); }
 
 /// A part of the image, px.
 struct PixelRect {
@@ -26,7 +32,7 @@ class TileGrid {
         height_{height},
         columns_{(width + kTile - 1) / kTile},
         rows_{(height + kTile - 1) / kTile},
-        marked_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), 0) {}
+        marked_(area(columns_, rows_), 0) {}
 
   void clear() { std::fill(marked_.begin(), marked_.end(), std::uint8_t{0}); }
   void mark_all() { std::fill(marked_.begin(), marked_.end(), std::uint8_t{1}); }
@@ -94,9 +100,7 @@ class TileGrid {
   }
 
  private:
-  std::size_t index(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
-  }
+  std::size_t index(int column, int row) const { return pixel_index(column, row, columns_); }
   /// Clamped before the conversion, so that far-away coordinates do not overflow; one beyond the grid on either side means outside.
   static int tile_of(double coordinate, int count) {
     return static_cast<int>(std::clamp(std::floor((coordinate + 0.5) / kTile), -1.0, static_cast<double>(count)));
