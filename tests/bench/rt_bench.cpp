@@ -109,7 +109,8 @@ class Bench {
   }
 
   void measure_wakeup(const control::ControllerConfig& config) {
-    const LatencySettings settings{config.realtime.priority, arguments_.cpu};
+    LatencySettings settings{config.realtime.priority, arguments_.cpu};
+    settings.wake_latency_us = config.realtime.wake_latency_us;
     fmt::print("{:<26}", "wake-up, us");
     for (std::size_t i = 0; i < kWakeupShares; ++i) fmt::print("{:>9}", kShares[i].title);
     fmt::print("{:>9}{:>9}{:>7}\n", "max", "count", "load");
@@ -214,7 +215,7 @@ int main(int argc, char** argv) {
       "The control loop's timing: ticks under watch, the round trip beside bare Fast DDS, the wake-up beside cyclictest, alone and under "
       "stress-ng. Needs the right to SCHED_FIFO and locked memory (root has it).",
       "bench rt"};
-  app.add_option("--config", arguments.config, "The cell's configuration file (for the priorities)")->capture_default_str();
+  app.add_option("--config", arguments.config, "The cell's configuration file (for the priorities and the limit on sleep)")->capture_default_str();
   app.add_option("--set", arguments.overrides, "Overrides one value of it (repeatable)")->allow_extra_args(false);
   app.add_option("--seconds", arguments.seconds, "Of wake-ups, for the loop and for cyclictest each, idle and stressed each")
       ->check(CLI::Range(1, 100'000))

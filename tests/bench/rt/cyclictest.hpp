@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 
 namespace breakshot::bench {
 
@@ -36,6 +37,7 @@ struct LatencySettings {
   int priority = 80;  ///< SCHED_FIFO
   int cpu = 0;        ///< core
   Duration period = std::chrono::milliseconds{1};
+  std::optional<int> wake_latency_us = 0;  ///< rt::WakeLatencyLimit of the loop; cyclictest asks for 0 by itself
 };
 
 /// Runs cyclictest (rt-tests) for a while.

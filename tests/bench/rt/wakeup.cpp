@@ -30,6 +30,7 @@ rt::RealtimeSettings realtime_of(const LatencySettings& settings) {
   rt::RealtimeSettings realtime;
   realtime.priority = settings.priority;
   realtime.cpu = settings.cpu;
+  realtime.wake_latency_us = settings.wake_latency_us;
   return realtime;
 }
 
