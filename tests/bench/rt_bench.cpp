@@ -215,7 +215,8 @@ int main(int argc, char** argv) {
       "The control loop's timing: ticks under watch, the round trip beside bare Fast DDS, the wake-up beside cyclictest, alone and under "
       "stress-ng. Needs the right to SCHED_FIFO and locked memory (root has it).",
       "bench rt"};
-  app.add_option("--config", arguments.config, "The cell's configuration file (for the priorities and the limit on sleep)")->capture_default_str();
+  app.add_option("--config", arguments.config, "The cell's configuration file (for the priorities and the limit on sleep)")
+      ->capture_default_str();
   app.add_option("--set", arguments.overrides, "Overrides one value of it (repeatable)")->allow_extra_args(false);
   app.add_option("--seconds", arguments.seconds, "Of wake-ups, for the loop and for cyclictest each, idle and stressed each")
       ->check(CLI::Range(1, 100'000))
