@@ -49,7 +49,7 @@ struct InProcessCell::Episode {
         world{settings.arm, sim},
         loop{settings.loop, *channels},
         executor{stroke_planner, *channels},
-        perceiver{settings.perception, settings.camera_model},
+        perceiver{settings.perception, settings.camera_model, settings.arm, settings.cell.arm.X_WB},
         noise_model{settings.perception, settings.perception_errors},
         strategy{strategy::make_strategy(strategy_name, settings.strategy)},
         runner{task, strategy_name},
@@ -72,6 +72,8 @@ struct InProcessCell::Episode {
   std::unique_ptr<control::LoopChannels> channels = std::make_unique<control::LoopChannels>();
   control::ControlLoop loop;
   control::StrokeExecutor executor;
+  perception::JointHistory joints;
+  std::vector<Pose> X_WL;
   perception::Perceiver perceiver;
   NoiseModelCamera noise_model;
   std::unique_ptr<strategy::Strategy> strategy;
@@ -154,6 +156,7 @@ EpisodeResult InProcessCell::run(const Formation& formation, const TaskRequest& 
 void InProcessCell::tick(Episode& episode) {
   const JointState state = episode.world.joint_state();
   const Time now = episode.world.now();
+  episode.joints.add(state);
   const JointCommand command = episode.loop.tick(&state, now);
   if (command.q.size() != 0) episode.world.command(command);
   if (every(now, kExecutorEvery)) {
@@ -202,7 +205,11 @@ Scene InProcessCell::see(Episode& episode, const sim_bridge::WorldSnapshot& snap
   color.rgb.resize(3 * pixels);
   depth.depth.resize(pixels);
   camera_->render(snapshot, frame, color.rgb, depth.depth);
-  return episode.perceiver.process(color, &depth);
+  const auto q = episode.joints.at(snapshot.stamp);
+  if (!q) return episode.perceiver.process(color, &depth);
+  episode.X_WL.resize(static_cast<std::size_t>(q->size()));
+  (void)stroke_planner_.kinematics().links_in_world(*q, episode.X_WL);
+  return episode.perceiver.process(color, &depth, episode.X_WL);
 }
 
 /// Whether anything comes of a frame that arrives now. Rendering is most of what an episode costs, so frames that the planner would throw away

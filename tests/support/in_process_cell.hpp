@@ -6,6 +6,7 @@
 #include "controller/loop/control_loop.hpp"
 #include "controller/loop/stroke_executor.hpp"
 #include "controller/motion/stroke_planner.hpp"
+#include "perception/joint_history.hpp"
 #include "perception/perceiver.hpp"
 #include "planner/arm_filter.hpp"
 #include "planner/estimate/table_estimate.hpp"
