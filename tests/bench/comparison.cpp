@@ -135,15 +135,18 @@ std::string episodes_csv(const std::vector<EpisodeRecord>& records) {
 std::string strokes_csv(const std::vector<EpisodeRecord>& records) {
   std::string out =
       "formation,index,seed,strategy,stroke,kind,speed,p_singulated,p_lost,cost_s,predicted_gap_mm,achieved_gap_mm,singulated,lost,contact_"
-      "speed\n";
+      "speed,mu,mu_learnt,mu_sigma,e,e_learnt,e_sigma\n";
   for (const auto& r : records) {
     int number = 0;
     for_each_stroke(r, [&](const Plan& plan, const Outcome& outcome) {
       const Candidate chosen = plan.candidates.empty() ? Candidate{} : plan.candidates.front();
-      out += fmt::format("{},{},{},{},{},{},{:.3f},{:.4f},{:.4f},{:.3f},{:.3f},{:.3f},{},{},{:.4f}\n", r.spec.formation, r.spec.index,
-                         r.spec.seed, r.spec.strategy, ++number, to_string(plan.stroke.kind), plan.stroke.speed, chosen.p_singulated,
-                         chosen.p_lost, chosen.cost_s, 1e3 * plan.predicted_gap, 1e3 * outcome.achieved_gap,
-                         singulated_by(outcome, r.min_gap) ? 1 : 0, outcome.discs_lost, outcome.contact_speed);
+      const strategy::TableBelief& learnt = r.result.beliefs[static_cast<std::size_t>(&outcome - r.result.outcomes.data())];
+      out += fmt::format(
+          "{},{},{},{},{},{},{:.3f},{:.4f},{:.4f},{:.3f},{:.3f},{:.3f},{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n",
+          r.spec.formation, r.spec.index, r.spec.seed, r.spec.strategy, ++number, to_string(plan.stroke.kind), plan.stroke.speed,
+          chosen.p_singulated, chosen.p_lost, chosen.cost_s, 1e3 * plan.predicted_gap, 1e3 * outcome.achieved_gap,
+          singulated_by(outcome, r.min_gap) ? 1 : 0, outcome.discs_lost, outcome.contact_speed, r.friction, learnt.friction.mean,
+          learnt.friction.sigma, r.restitution, learnt.restitution.mean, learnt.restitution.sigma);
     });
   }
   return out;

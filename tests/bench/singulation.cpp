@@ -1,6 +1,7 @@
 #include "tests/bench/singulation.hpp"
 
 #include "tests/bench/comparison.hpp"
+#include "tests/bench/episode_tables.hpp"
 #include "tests/bench/report.hpp"
 
 #include <fmt/core.h>
@@ -219,6 +220,7 @@ int run(const SingulationArguments& arguments) {
   if (!arguments.json_file.empty()) write_file(arguments.json_file, report(arguments.bench, args, metrics).dump(2) + "\n");
   if (!arguments.csv_file.empty()) write_file(arguments.csv_file, episodes_csv(records));
   if (!arguments.strokes_file.empty()) write_file(arguments.strokes_file, strokes_csv(records));
+  if (!arguments.tables_file.empty()) write_file(arguments.tables_file, episode_tables(records, settings.cell).dump() + "\n");
   return 0;
 }
 
@@ -248,7 +250,8 @@ int run_singulation(SingulationArguments arguments, const std::string& what, int
   app.add_option("--jobs", arguments.jobs, "Threads, each with a cell of its own")->check(CLI::Range(1, 64))->capture_default_str();
   app.add_option("--json", arguments.json_file, "Write the metrics to this file");
   app.add_option("--csv", arguments.csv_file, "Write every episode to this file");
-  app.add_option("--strokes-csv", arguments.strokes_file, "Write every stroke to this file: predicted and achieved");
+  app.add_option("--strokes-csv", arguments.strokes_file, "Write every stroke to this file: predicted and achieved, and what it taught");
+  app.add_option("--tables", arguments.tables_file, "Write where the discs stood before each stroke and at the end to this file (JSON)");
   CLI11_PARSE(app, argc, argv);
   try {
     return run(arguments);

@@ -26,6 +26,7 @@ struct SingulationArguments {
   std::string json_file;
   std::string csv_file;
   std::string strokes_file;
+  std::string tables_file;
   WorldSpread spread;
 };
 

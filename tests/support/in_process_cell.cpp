@@ -243,6 +243,7 @@ void InProcessCell::carry_out(Episode& episode) {
       episode.thought = Episode::Thought{run->ticket, std::move(decision), charge, now + charge};
     } else if (auto* plan = std::get_if<Plan>(&action)) {
       episode.result.plans.push_back(std::move(*plan));
+      episode.result.tables.push_back(episode.world.truth().discs);
     } else if (auto* hit = std::get_if<estimate::ObservedHit>(&action)) {
       episode.estimate.on_hit(*hit);
     } else if (auto* outcome = std::get_if<Outcome>(&action)) {

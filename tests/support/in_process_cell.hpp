@@ -82,6 +82,7 @@ struct EpisodeResult {
   std::vector<double> decision_cpu_s;          ///< and the CPU time in it, which other programs on the machine lengthen less
   std::vector<strategy::TableBelief> beliefs;  ///< after each stroke, about the whole table
   std::vector<Plan> plans;                     ///< every stroke that was asked for, in order
+  std::vector<std::vector<SimDisc>> tables;    ///< where the discs truly were when each was
   std::vector<Outcome> outcomes;               ///< of those that ran: Outcome::plan_seq names the plan
   std::uint32_t strikes = 0;
 };

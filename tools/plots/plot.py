@@ -4,6 +4,8 @@
   times.png        mean time of each strategy, beside the means that the paper gives for its own robot (its Fig. 14)
   distribution.png share of the episodes that are singulated by a time, and how many strokes they took
   reliability.png  predicted P(singulated) of the strokes beside how often it came true
+  learning.png     how far what was learnt of mu and e is from the truth, stroke by stroke
+  episodes.png     the failed and slowest episodes and the median one, stroke by stroke
 and of `./breakshot bench strokes`:
   stroke_map.png   strokes accepted and their achieved errors over the workspace
 """
@@ -19,6 +21,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 import stroke_map
+import tables
 
 # Appl. Sci. 2021, 11, 7327, Sec. 6: seconds, three cases, without its parameters. Another robot: only ratios compare.
 PAPER = {"paper": 4.5, "random_hybrid": 11.16, "random_push": 24.5}
@@ -97,6 +100,32 @@ def reliability(strokes, out):
     save(figure, out / "reliability.png")
 
 
+def learning(strokes, out):
+    """Bands hold half and nine tenths of the episodes. Errors of an honest posterior are within two of its sigmas in 95 % of them."""
+    figure, grid = plt.subplots(1, 2, figsize=(9, 3.4))
+    for axes, quantity, name in zip(grid, ("mu", "e"), ("mu, disc on table", "e, disc on disc")):
+        by_number = {}
+        for row in strokes:
+            by_number.setdefault(int(row["stroke"]), []).append(row)
+        numbers = [n for n in sorted(by_number) if len(by_number[n]) >= 20]
+        errors = {n: sorted(100.0 * (float(r[quantity + "_learnt"]) / float(r[quantity]) - 1.0) for r in by_number[n]) for n in numbers}
+        at = lambda n, share: errors[n][min(len(errors[n]) - 1, int(share * len(errors[n])))]
+        for low, high, alpha in ((0.05, 0.95, 0.15), (0.25, 0.75, 0.3)):
+            axes.fill_between(numbers, [at(n, low) for n in numbers], [at(n, high) for n in numbers], color=COLOURS["robust"], alpha=alpha, linewidth=0)
+        axes.plot(numbers, [at(n, 0.5) for n in numbers], color=COLOURS["robust"], marker="o", markersize=4)
+        axes.axhline(0.0, color="grey", linewidth=0.8)
+        for n in numbers:
+            rows = by_number[n]
+            within = mean([abs(float(r[quantity + "_learnt"]) - float(r[quantity])) <= 2.0 * float(r[quantity + "_sigma"]) for r in rows])
+            axes.annotate(f"{100.0 * within:.0f} %", (n, at(n, 0.95)), textcoords="offset points", xytext=(0, 4), ha="center", fontsize=7)
+        axes.set_xticks(numbers)
+        axes.set_xlabel("strokes seen", fontsize=8)
+        axes.set_ylabel("learnt over true - 1, %", fontsize=8)
+        axes.set_title(f"{name}; above the bands: share of truths within 2 sigma", fontsize=8)
+        axes.margins(y=0.15)
+    save(figure, out / "learning.png")
+
+
 def save(figure, path):
     figure.tight_layout()
     figure.savefig(path, dpi=110)
@@ -109,10 +138,12 @@ def main():
     parser.add_argument("--episodes", type=pathlib.Path, help="the file of --csv")
     parser.add_argument("--strokes", type=pathlib.Path, help="the file of --strokes-csv")
     parser.add_argument("--map", type=pathlib.Path, help="the file of ./breakshot bench strokes --json")
+    parser.add_argument("--tables", type=pathlib.Path, help="the file of --tables")
+    parser.add_argument("--strategy", default="robust", help="whose episodes --tables draws; default: %(default)s")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("."), help="folder for the pictures; default: here")
     arguments = parser.parse_args()
-    if not (arguments.episodes or arguments.strokes or arguments.map):
-        parser.error("give --episodes, --strokes or --map")
+    if not (arguments.episodes or arguments.strokes or arguments.map or arguments.tables):
+        parser.error("give --episodes, --strokes, --tables or --map")
     try:
         arguments.out.mkdir(parents=True, exist_ok=True)
         if arguments.episodes:
@@ -121,12 +152,17 @@ def main():
             distribution(episodes, arguments.out)
         if arguments.strokes:
             strokes = read(arguments.strokes)
-            reliability([s for s in strokes if s["strategy"] == "robust"] or strokes, arguments.out)
+            shown = [s for s in strokes if s["strategy"] == "robust"] or strokes
+            reliability(shown, arguments.out)
+            learning(shown, arguments.out)
+        if arguments.tables:
+            tables.draw(arguments.tables, arguments.out / "episodes.png", arguments.strategy)
+            print(f"wrote {arguments.out / 'episodes.png'}")
         if arguments.map:
             stroke_map.draw(arguments.map, arguments.out / "stroke_map.png")
             print(f"wrote {arguments.out / 'stroke_map.png'}")
     except (OSError, KeyError, ValueError, StopIteration) as error:
-        print(f"plot: {type(error).__name__}: {error}; expected the files of ./breakshot bench singulation --csv FILE --strokes-csv FILE and of bench strokes --json FILE", file=sys.stderr)
+        print(f"plot: {type(error).__name__}: {error}; expected the files of ./breakshot bench singulation --csv FILE --strokes-csv FILE --tables FILE and of bench strokes --json FILE", file=sys.stderr)
         return 1
     return 0
 

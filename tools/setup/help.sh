@@ -142,10 +142,11 @@ Each says its options with: ./breakshot bench NAME -- --help
 TEXT
       ;;
     plot) cat <<'TEXT'
-./breakshot plot [--episodes CSV] [--strokes CSV] [--map JSON] [--out FOLDER]
+./breakshot plot [--episodes CSV] [--strokes CSV] [--tables JSON [--strategy NAME]] [--map JSON] [--out FOLDER]
 
-Draws what ./breakshot bench singulation (or paper) wrote with --csv and --strokes-csv: mean times beside the paper's, their distribution, strokes, and how
-well P(singulated) was predicted; and the map over the workspace of ./breakshot bench strokes --json. Installs matplotlib into build/plots-venv the first time.
+Draws what ./breakshot bench singulation (or paper) wrote with --csv, --strokes-csv and --tables: mean times beside the paper's, their distribution, strokes, how
+well P(singulated) was predicted, what was learnt of mu and e, and the failed, slowest and median episodes stroke by stroke; and the map over the workspace of
+./breakshot bench strokes --json. Installs matplotlib into build/plots-venv the first time.
 TEXT
       ;;
     fuzz) cat <<'TEXT'
