@@ -58,6 +58,8 @@ class PlanAhead {
 
   /// Whether the answer is there.
   bool answered() const noexcept { return draft_ && draft_->decision; }
+  /// What it is about. Needs answered().
+  const Scene& scene() const noexcept { return draft_->scene; }
   /// Gives the answer away, once. Needs answered().
   strategy::Decision take_decision(Duration& think);
   /// How far the discs came to rest from where they were foreseen, for people; after settle().

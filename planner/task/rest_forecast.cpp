@@ -1,6 +1,7 @@
 #include "planner/task/rest_forecast.hpp"
 
 #include "planner/strategy/table_model.hpp"
+#include "planner/task/scene_change.hpp"
 #include "planner/world/formation.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -46,6 +47,12 @@ void RestForecast::on_scene(const Scene& scene) {
     track->now = {scene.exposed, disc.p_WD, disc.covariance};
     track->known = track->now.seen - track->before.seen <= kLongestGap;
   }
+}
+
+bool RestForecast::slides(const Track& track) const noexcept {
+  const Vector2 moved = track.now.p_WD - track.before.p_WD;
+  return moved.norm() >= settle_speed_ * to_seconds(track.now.seen - track.before.seen) &&
+         in_sigmas(moved, track.now.covariance + track.before.covariance) > kSamePlace;
 }
 
 std::vector<const RestForecast::Track*> RestForecast::complete(std::size_t discs) const {

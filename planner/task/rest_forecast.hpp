@@ -44,9 +44,9 @@ class RestForecast {
     SceneDisc disc;  // as last seen
     Place now, before;
     bool known = false;  // how fast it is: two frames in a row showed it
-    double speed() const noexcept { return (now.p_WD - before.p_WD).norm() / to_seconds(now.seen - before.seen); }
   };
-  bool slides(const Track& track) const noexcept { return track.speed() >= settle_speed_; }
+  /// Faster than what counts as rest, and further than two places of a disc at rest lie apart.
+  bool slides(const Track& track) const noexcept;
   /// The tracks of all discs, those of the newest scene first and in its order; nothing while one of them does not say where its disc is going.
   std::vector<const Track*> complete(std::size_t discs) const;
   /// Where the discs come to rest; nothing when the virtual world cannot say.

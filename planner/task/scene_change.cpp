@@ -15,6 +15,11 @@ constexpr double kExact = 1e-6;
 
 }  // namespace
 
+double in_sigmas(const Vector2& difference, const Matrix2& covariance) noexcept {
+  const Matrix2 inverse = (covariance + kExact * kExact * Matrix2::Identity()).inverse();
+  return std::sqrt(std::max(0.0, difference.dot(inverse * difference)));
+}
+
 SceneChange change_between(const Scene& before, const Scene& after, double min_gap, double floor) {
   SceneChange change;
   const std::size_t n = before.discs.size();
@@ -32,9 +37,9 @@ SceneChange change_between(const Scene& before, const Scene& after, double min_g
     const SceneDisc& is = after.discs[now_at[i]];
     change.same_order = change.same_order && now_at[i] == i;
     const Vector2 moved = is.p_WD - was.p_WD;
-    const Matrix2 covariance = was.covariance + is.covariance + (2.0 * floor * floor + kExact * kExact) * Matrix2::Identity();
+    const Matrix2 covariance = was.covariance + is.covariance + 2.0 * floor * floor * Matrix2::Identity();
     change.furthest = std::max(change.furthest, moved.norm());
-    change.in_sigmas = std::max(change.in_sigmas, std::sqrt(moved.dot(covariance.inverse() * moved)));
+    change.in_sigmas = std::max(change.in_sigmas, task::in_sigmas(moved, covariance));
     for (std::size_t j = 0; j < i; ++j) {
       const bool was_close = gap_between(was, before.discs[j]).mean < min_gap;
       const bool is_close = gap_between(is, after.discs[now_at[j]]).mean < min_gap;

@@ -45,6 +45,8 @@ void TaskRunner::conclude(Time now) {
 
 void TaskRunner::use_ahead(Time now) {
   const auto verdict = std::exchange(ahead_verdict_, PlanAhead::Verdict::kNone);
+  // What is kept was decided on these places; the settled ones differ by what the camera errs.
+  if (verdict == PlanAhead::Verdict::kKeep) scene_.discs = ahead_.scene().discs;
   Duration think{};
   strategy::Decision decision = ahead_.take_decision(think);
   // That a forecast leaves nothing to do, or to do it with, ends no task.
