@@ -18,6 +18,14 @@ struct AheadCounts {
   std::uint32_t corrected = 0;  ///< as foreseen within what the forecast may err by: strokes were scored anew
   std::uint32_t dropped = 0;    ///< otherwise, or there was nothing left to do
   std::uint32_t renewed = 0;    ///< thrown away already before the scene settled, for a better forecast
+
+  AheadCounts& operator+=(const AheadCounts& other) noexcept {
+    kept += other.kept;
+    corrected += other.corrected;
+    dropped += other.dropped;
+    renewed += other.renewed;
+    return *this;
+  }
 };
 
 /// The decision about the next stroke, begun on a forecast of the scene while discs still slide or the arm still moves.

@@ -11,6 +11,22 @@ namespace breakshot::task {
 
 namespace {
 
+/// With more discs than fit, the task ends when so many strokes in a row brought no more of them apart.
+constexpr int kMostInVain = 3;
+
+/// Which discs rest outside a region, for people.
+std::string outside_text(const Scene& scene, const Rect& region) {
+  std::string all;
+  for (std::size_t i = 0; i < scene.discs.size(); ++i) {
+    const Vector2& p_WD = scene.discs[i].p_WD;
+    if (region.contains(p_WD)) continue;
+    char text[80];
+    std::snprintf(text, sizeof text, "disc %zu at (%.3f, %.3f) m rests outside the region", i + 1, p_WD.x(), p_WD.y());
+    all += (all.empty() ? "" : ", ") + std::string{text};
+  }
+  return all;
+}
+
 std::string correction(const StrokeRequest& before, const StrokeRequest& after) {
   if (before.kind != after.kind || before.direction_W.dot(after.direction_W) < 0.9) return ": another stroke";
   char text[48];
@@ -78,6 +94,26 @@ void TaskRunner::look_again(const std::string& why, Time now) {
 
 // ---- on the scene
 
+bool TaskRunner::gives_up_on_crowd(Time now) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const SceneDisc& disc : scene_.discs) smallest = std::min(smallest, disc.radius);
+  const std::uint32_t most = most_that_fit(task_.region, smallest, task_.min_gap);
+  if (status_.discs_seen <= most) return false;
+  const bool first = crowd_.empty();
+  char text[128];
+  std::snprintf(text, sizeof text, "%u discs, of which at most %u fit the region with gaps of %.1f mm", status_.discs_seen, most,
+                1e3 * task_.min_gap);
+  crowd_ = text;
+  const Spacing spacing = spacing_of(scene_, task_.min_gap);
+  const bool gained = first || spacing.better_than(best_);
+  in_vain_ = gained ? 0 : in_vain_ + 1;
+  if (gained) best_ = spacing;
+  if (in_vain_ < kMostInVain) return false;
+  fail(TaskFailure::kNoFeasibleStroke,
+       std::to_string(status_.discs_singulated) + " stand apart, and more were not gained by the last strokes", now);
+  return true;
+}
+
 strategy::DecisionContext TaskRunner::context() const {
   // A stroke that is not over yet has been made all the same.
   const auto left = [&](StrokeKind kind, std::uint32_t most, std::uint32_t made) {
@@ -134,7 +170,7 @@ void TaskRunner::decided(strategy::Decision decision, Duration think, Time now) 
     case strategy::Decision::Kind::kNoStroke:
       // A disc outside that the strategy does not bring back is lost, whatever else stands in the way.
       if (status_.discs_lost > 0) {
-        fail(TaskFailure::kDiscLost, decision.why, now);
+        fail(TaskFailure::kDiscLost, outside_text(scene_, task_.region) + "; " + decision.why, now);
         return;
       }
       fail(status_.pushes >= task_.max_pushes ? TaskFailure::kStrokeLimit : TaskFailure::kNoFeasibleStroke, decision.why, now);
@@ -144,6 +180,18 @@ void TaskRunner::decided(strategy::Decision decision, Duration think, Time now) 
   options_ = std::move(decision.options);
   option_ = 0;
   think_ = think;
+  if (!crowd_.empty()) {
+    // They cannot all stand apart. A stroke that does not bring them nearer to it may undo what was gained.
+    const Spacing now_is = spacing_of(scene_, task_.min_gap);
+    std::erase_if(options_, [&](const strategy::StrokeOption& option) {
+      return option.predicted_p_WD.size() == scene_.discs.size() &&
+             !spacing_of(scene_, option.predicted_p_WD, task_.min_gap).better_than(now_is);
+    });
+    if (options_.empty()) {
+      fail(TaskFailure::kNoFeasibleStroke, std::to_string(status_.discs_singulated) + " stand apart, and no stroke promises more", now);
+      return;
+    }
+  }
   try_next_option(now);
 }
 

@@ -35,21 +35,6 @@ std::string fault_of(const TaskRequest& request) {
   return {};
 }
 
-/// Discs that keep min_gap to every other one.
-std::uint32_t singulated_discs(const Scene& scene, double min_gap) {
-  std::uint32_t count = 0;
-  for (std::size_t i = 0; i < scene.discs.size(); ++i) {
-    bool apart = true;
-    for (std::size_t j = 0; j < scene.discs.size() && apart; ++j) {
-      const auto& a = scene.discs[i];
-      const auto& b = scene.discs[j];
-      apart = i == j || (a.p_WD - b.p_WD).norm() - a.radius - b.radius >= min_gap;
-    }
-    count += apart ? 1 : 0;
-  }
-  return count;
-}
-
 }  // namespace
 
 TaskRunner::TaskRunner(const TaskSettings& settings, std::string strategy_name, std::uint64_t first_stroke_id,
@@ -154,6 +139,8 @@ void TaskRunner::start(const TaskRequest& request, Time now) {
   discs_known_ = request.expect_discs;
   times_before_ = {};
   decisions_ = 0;
+  crowd_.clear();
+  in_vain_ = 0;
   outcome_due_.reset();
   status_.phase = TaskPhase::kLooking;
   ahead_.start(now);
@@ -237,7 +224,7 @@ bool TaskRunner::count_is_right(const Scene& scene) {
 
 void TaskRunner::judge(const Scene& scene, Time now) {
   status_.discs_seen = static_cast<std::uint32_t>(scene.discs.size());
-  status_.discs_singulated = singulated_discs(scene, task_.min_gap);
+  status_.discs_singulated = spacing_of(scene, task_.min_gap).apart;
   status_.smallest_gap = smallest_gap(scene);
   contacts_left_ = static_cast<std::uint32_t>(
       std::count_if(scene.contacts.begin(), scene.contacts.end(), [](const SceneContact& contact) { return contact.p_touch >= 0.5; }));
@@ -270,6 +257,7 @@ void TaskRunner::judge(const Scene& scene, Time now) {
     return;
   }
   scene_ = scene;
+  if (gives_up_on_crowd(now)) return;
   hit_speed_cap_ = std::numeric_limits<double>::max();
   conclude(now);
 }
@@ -307,7 +295,7 @@ void TaskRunner::on_tick(Time now, Duration real) {
     fail(watch_.foreign() ? TaskFailure::kForeignObject : TaskFailure::kNoScene,
          watch_.trouble().empty() ? "no scene comes from perception" : watch_.trouble(), now);
   } else if (watch_.restless(now)) {
-    fail(TaskFailure::kNoScene, watch_.trouble().empty() ? "the discs do not come to rest" : watch_.trouble(), now);
+    fail(TaskFailure::kNoScene, "the discs do not come to rest: " + watch_.motion(), now);
   }
 }
 
@@ -344,7 +332,7 @@ void TaskRunner::finish(const End& end, Time /*now*/) {
   forget_decision();
   status_.failure = end.failure;
   status_.ended = status_.stamp;
-  set_phase(end.phase, end.text);
+  set_phase(end.phase, end.phase == TaskPhase::kFailed && !crowd_.empty() ? crowd_ + "; " + end.text : end.text);
 }
 
 }  // namespace breakshot::task

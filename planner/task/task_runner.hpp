@@ -5,6 +5,7 @@
 #include "common/task.hpp"
 #include "planner/estimate/restitution_estimate.hpp"
 #include "planner/strategy/strategy.hpp"
+#include "planner/task/crowd.hpp"
 #include "planner/task/plan_ahead.hpp"
 #include "planner/task/scene_watch.hpp"
 #include "planner/task/stroke_link.hpp"
@@ -106,6 +107,8 @@ class TaskRunner {
   void ask_strategy(std::vector<strategy::StrokeOption> earlier = {});
   strategy::DecisionContext context() const;
   void decided(strategy::Decision decision, Duration think, Time now);
+  /// More discs than fit the region: says so. @return whether that is the end, for nothing more is gained
+  bool gives_up_on_crowd(Time now);
   void forget_decision();
   void look_again(const std::string& why, Time now);
   void try_next_option(Time now);
@@ -139,6 +142,9 @@ class TaskRunner {
   Scene scene_;  // the one decided on
   std::uint32_t discs_known_ = 0;
   std::uint32_t contacts_left_ = 0;
+  std::string crowd_;        // that there are more discs than fit the region; empty when there are not
+  Spacing best_;             // with a crowd: that there was so far
+  int in_vain_ = 0;          // and strokes in a row that did not better it
   PhaseTimes times_before_;  // at the last look's beginning
 
   double position_sigma_;  // of a place, beside its covariance, m

@@ -62,8 +62,9 @@ class TaskCell {
 
   // Faults.
   bool controller_dead = false;
-  int deaf_to = 0;                    ///< stroke messages that get lost
-  std::deque<StrokeStatus> refusals;  ///< answers to the next strokes instead of running them; id and stamp are filled in
+  strategy::StrokeFilter* arm = nullptr;  ///< that the strategy may ask
+  int deaf_to = 0;                        ///< stroke messages that get lost
+  std::deque<StrokeStatus> refusals;      ///< answers to the next strokes instead of running them; id and stamp are filled in
   int stops = 0;               ///< strokes that are stopped on the way; the controller then stays stopped until it is asked to recover
   bool stopped = false;        ///< the controller refuses whatever moves
   bool unrecoverable = false;  ///< and to recover
@@ -74,6 +75,12 @@ class TaskCell {
   Duration think{std::chrono::milliseconds{5}};  ///< that a decision takes
   std::optional<std::size_t> hidden;             ///< a disc that perception does not see
   int hidden_scenes = 1'000'000;                 ///< for how many scenes
+
+  /// Somebody moves a disc by hand.
+  void shift(std::size_t disc, const Vector2& by) {
+    table.shift(disc, by);
+    came_from_[disc] = table.discs()[disc].p_WD;
+  }
 
   Time now{std::chrono::seconds{5}};
   TableSim table;
@@ -164,6 +171,7 @@ class TaskCell {
         take_stroke(send->stroke);
       } else if (auto* ask = std::get_if<task::RunStrategy>(&action)) {
         questions.push_back(*ask);
+        ask->context.filter = arm;
         auto decision =
             ask->earlier.empty() ? strategy_->decide(ask->scene, ask->context) : strategy_->revise(ask->scene, ask->context, ask->earlier);
         thought_ = Thought{ask->ticket, std::move(decision), now + think};

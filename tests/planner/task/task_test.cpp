@@ -358,7 +358,7 @@ TEST(TaskRunner, GivesUpWhenADiscRestsOutsideThatTheStrategyDoesNotBringBack) {
   ASSERT_TRUE(cell.play_to_end());
   EXPECT_EQ(cell.runner.status().failure, TaskFailure::kDiscLost);
   EXPECT_EQ(cell.runner.status().discs_lost, 1U);
-  EXPECT_EQ(cell.runner.status().text, "1 of 3 discs rest outside the region");
+  EXPECT_EQ(cell.runner.status().text, "disc 3 at (0.310, 0.000) m rests outside the region; 1 of 3 discs rest outside the region");
 }
 
 TEST(TaskRunner, IsNotDoneBeforeADiscOutsideHasBeenBroughtBack) {
