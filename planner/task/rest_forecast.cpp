@@ -38,7 +38,10 @@ void RestForecast::on_scene(const Scene& scene) {
     if (!disc.complete) continue;
     auto track = std::find_if(tracks_.begin(), tracks_.end(), [&](const Track& t) { return t.disc.id == disc.id; });
     if (track == tracks_.end()) {
-      tracks_.push_back({disc, {scene.exposed, disc.p_WD, disc.covariance}, {}, false});
+      // No disc moved since the frame before, which is not among those that count: so none moves now.
+      const bool rests = scene.max_speed < settle_speed_;
+      tracks_.push_back(
+          {disc, {scene.exposed, disc.p_WD, disc.covariance}, {scene.exposed - kLongestGap, disc.p_WD, disc.covariance}, rests});
       continue;
     }
     if (scene.exposed <= track->now.seen) continue;

@@ -143,7 +143,7 @@ void TaskRunner::start(const TaskRequest& request, Time now) {
   in_vain_ = 0;
   outcome_due_.reset();
   status_.phase = TaskPhase::kLooking;
-  ahead_.start(now);
+  ahead_.start(Time{});  // no stroke runs: pictures that are on their way show the discs where they lie
   if (const std::string fault = fault_of(request); !fault.empty()) {
     finish({TaskPhase::kFailed, TaskFailure::kBadRequest, fault}, now);
     return;
