@@ -98,6 +98,8 @@ task::TaskSettings load_task(const ConfigNode& node) {
   task.settled_scenes = static_cast<int>(node.integer("settled_scenes", 1, 100));
   task.count_scenes = static_cast<int>(node.integer("count_scenes", task.settled_scenes, 1000));
   task.park_first = node.flag("park_first");
+  task.plan_ahead = node.flag("plan_ahead");
+  task.ahead_sigma = millimetres(node, "ahead_sigma_mm", {0.01, 10.0});
   task.seed = static_cast<std::uint64_t>(node.integer("seed", 0, 1'000'000'000));
   return task;
 }

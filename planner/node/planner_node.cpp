@@ -83,7 +83,7 @@ class Planner {
         config_{config},
         participant_{process.cell().dds.cell, "breakshot-planner"},
         arm_{config.ask_arm ? std::make_unique<Arm>(process.config(), process.cell()) : nullptr},
-        runner_{config.task, config.strategy, first_stroke_id()},
+        runner_{config.task, config.strategy, first_stroke_id(), config.settings},
         estimate_{config.estimate, config.settings},
         thinker_{strategy::make_strategy(config.strategy, config.settings), arm_ ? &arm_->filter : nullptr,
                  [this](Decided decided) { inbox_.put(std::move(decided)); }} {}
@@ -91,7 +91,7 @@ class Planner {
   void run() {
     const process::HealthPublisher health{process_, participant_, [this](Health& h) {
                                             h.state = knows_time() ? HealthState::kReady : HealthState::kStarting;
-                                            h.text = knows_time() ? "strategy " + config_.strategy
+                                            h.text = knows_time() ? "strategy " + config_.strategy + ahead_text()
                                                                   : "waits for the first stamp of the cell clock";
                                             h.cycles = cycles_;
                                             h.dropped = inbox_.dropped();
@@ -104,6 +104,10 @@ class Planner {
         carry_out();
       }
       ++cycles_;
+      const task::AheadCounts& ahead = runner_.ahead_counts();
+      ahead_kept_ = ahead.kept;
+      ahead_corrected_ = ahead.corrected;
+      ahead_dropped_ = ahead.dropped;
       watch_clock();
       const Time wall = process::monotonic_now();
       runner_.on_tick(now(), wall - std::exchange(ticked_, wall));
@@ -114,6 +118,10 @@ class Planner {
   }
 
  private:
+  std::string ahead_text() const {
+    return "; planned ahead: " + std::to_string(ahead_kept_) + " kept, " + std::to_string(ahead_corrected_) + " corrected, " +
+           std::to_string(ahead_dropped_) + " dropped";
+  }
   Time now() const noexcept { return process_.clock().now(); }
   /// False in lockstep until a first stamp came: a task that began before would take the time of the cell so far for its own.
   bool knows_time() const noexcept { return now() > Time{}; }
@@ -129,6 +137,7 @@ class Planner {
   void handle(const Scene& scene) {
     observe(scene.exposed);
     estimate_.on_scene(scene);
+    if (config_.learn) runner_.on_belief(estimate_.belief(scene));
     runner_.on_scene(scene, now());
   }
   void handle(const StrokeStatus& status) {
@@ -196,6 +205,7 @@ class Planner {
   estimate::TableEstimate estimate_;
   Inbox inbox_;
   std::atomic<std::uint64_t> cycles_{0};
+  std::atomic<std::uint32_t> ahead_kept_{0}, ahead_corrected_{0}, ahead_dropped_{0};  // for the thread that reports health
   std::uint64_t cycles_reported_ = 0;
   Time stamp_seen_{};
   Time running_since_{};

@@ -15,6 +15,7 @@ Thinker::Thinker(std::unique_ptr<strategy::Strategy> strategy, strategy::StrokeF
 void Thinker::ask(task::RunStrategy question) {
   const std::lock_guard lock{mutex_};
   question_ = std::move(question);
+  at_hand_.request_stop();
   asked_.notify_one();
 }
 
@@ -25,13 +26,16 @@ void Thinker::run(const std::stop_token& stop) {
       std::unique_lock lock{mutex_};
       if (!asked_.wait(lock, stop, [this] { return question_.has_value(); })) return;
       question = *std::exchange(question_, std::nullopt);
+      at_hand_ = std::stop_source{};
+      question.context.stop = at_hand_.get_token();
     }
     question.context.filter = filter_;
     const Time began = process::monotonic_now();
     Decided decided;
     decided.ticket = question.ticket;
     try {
-      decided.decision = strategy_->decide(question.scene, question.context);
+      decided.decision = question.earlier.empty() ? strategy_->decide(question.scene, question.context)
+                                                  : strategy_->revise(question.scene, question.context, question.earlier);
     } catch (const std::exception& error) {
       // A task that is given up with the reason is better than a process that dies with the order.
       decided.decision = {};

@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <thread>
 
 namespace breakshot::planner {
@@ -28,7 +29,7 @@ class Thinker {
   /// @param done    called on that thread with every decision
   Thinker(std::unique_ptr<strategy::Strategy> strategy, strategy::StrokeFilter* filter, std::function<void(Decided)> done);
 
-  /// Begins with this question after the one at hand; one that still waits is dropped, as nobody waits for its answer any more.
+  /// Begins with this question at once: one that still waits is dropped, the one at hand is told to end, as nobody waits for their answers any more.
   void ask(task::RunStrategy question);
 
  private:
@@ -40,7 +41,8 @@ class Thinker {
   std::mutex mutex_;
   std::condition_variable_any asked_;
   std::optional<task::RunStrategy> question_;
-  std::jthread thread_;  // last: it uses all of the above
+  std::stop_source at_hand_;  // stops the question at hand
+  std::jthread thread_;       // last: it uses all of the above
 };
 
 }  // namespace breakshot::planner

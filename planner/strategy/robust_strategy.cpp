@@ -1,6 +1,7 @@
 #include "planner/strategy/robust_strategy.hpp"
 
 #include "common/outside.hpp"
+#include "planner/strategy/revision.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -37,8 +38,9 @@ bool is_faster(const StrokeRequest& hit, const StrokeRequest& slower) noexcept {
 
 }  // namespace
 
-Decision RobustStrategy::decide(const Scene& scene, const DecisionContext& context) {
+Decision RobustStrategy::choose(const Scene& scene, const DecisionContext& context, std::span<const StrokeOption> earlier) {
   Decision decision;
+  stop_ = context.stop;
   const auto model = model_of(scene, context.min_gap, settings_, decision.why);
   if (!model) return decision;
   outside_now_ = count_outside(model->discs, context.region);
@@ -50,7 +52,9 @@ Decision RobustStrategy::decide(const Scene& scene, const DecisionContext& conte
 
   SampledWorlds worlds{*model, scene, context, settings_};
   std::vector<Scored> all;
-  for (Candidate& candidate : stroke_candidates(*model, context, settings_)) all.push_back({std::move(candidate), {}});
+  for (Candidate& candidate : stroke_candidates(*model, context, settings_)) {
+    if (earlier.empty() || is_near_any(candidate.stroke, earlier)) all.push_back({std::move(candidate), {}});
+  }
   const std::size_t tried = all.size();
   // The world that is believed most: what fails there need not be looked at further.
   const Scored* before = nullptr;
@@ -65,9 +69,11 @@ Decision RobustStrategy::decide(const Scene& scene, const DecisionContext& conte
   // Where nothing improves matters (a crowd, one pair left in its middle), the stroke that spoils least is better than giving up.
   const auto improves = [&](const Scored& one) { return one.mean() - stroke_time(one) < now; };
   if (std::any_of(all.begin(), all.end(), improves)) std::erase_if(all, [&](const Scored& one) { return !improves(one); });
-  reject_successively(all, worlds, std::max(1.0, static_cast<double>(model->discs.size()) / kCrowd));
+  const double part = earlier.empty() ? 1.0 : kRevisionPart;
+  reject_successively(all, worlds, std::max(1.0, static_cast<double>(model->discs.size()) / kCrowd) / part);
   std::string refusal;
   if (context.filter != nullptr) ask_arm(all, worlds, *context.filter, refusal);
+  if (stop_.stop_requested()) return {Decision::Kind::kNoStroke, {}, "given up: nobody waits for it"};
 
   for (const Scored& one : all) {
     if (decision.options.size() == static_cast<std::size_t>(settings_.rules.alternatives)) break;
@@ -98,6 +104,7 @@ double RobustStrategy::cost_of(const Scored& one, const Aftermath& aftermath) co
 
 void RobustStrategy::try_in_worlds(Scored& one, SampledWorlds& worlds, std::size_t up_to) const {
   for (std::size_t world = one.worlds; world < up_to; ++world) {
+    if (stop_.stop_requested()) return;
     const Aftermath aftermath = worlds.run(one.candidate.stroke, one.forecast, world);
     if (!aftermath.valid) return;
     one.cost += cost_of(one, aftermath);
@@ -131,7 +138,7 @@ void RobustStrategy::reject_successively(std::vector<Scored>& all, SampledWorlds
 
 void RobustStrategy::ask_arm(std::vector<Scored>& all, SampledWorlds& worlds, StrokeFilter& arm, std::string& refusal) const {
   std::vector<Scored> accepted;
-  for (std::size_t k = 0; k < all.size() && accepted.size() < kAccepted; ++k) {
+  for (std::size_t k = 0; k < all.size() && accepted.size() < kAccepted && !stop_.stop_requested(); ++k) {
     auto answer = arm.forecast(all[k].candidate.stroke);
     if (!answer) {
       if (refusal.empty()) refusal = all[k].candidate.what + ": " + answer.error().text;

@@ -17,9 +17,15 @@ class RobustStrategy final : public Strategy {
  public:
   explicit RobustStrategy(const StrategySettings& settings) : settings_{settings} {}
   std::string_view name() const noexcept override { return "robust"; }
-  Decision decide(const Scene& scene, const DecisionContext& context) override;
+  Decision decide(const Scene& scene, const DecisionContext& context) override { return choose(scene, context, {}); }
+  /// Tries the earlier strokes and what is next to them in direction, contact point and speed, with a small part of the budget.
+  Decision revise(const Scene& scene, const DecisionContext& context, std::span<const StrokeOption> earlier) override {
+    return choose(scene, context, earlier);
+  }
 
  private:
+  /// @param earlier  not empty: only strokes near one of these
+  Decision choose(const Scene& scene, const DecisionContext& context, std::span<const StrokeOption> earlier);
   /// A candidate and what came of it so far.
   struct Scored {
     Candidate candidate;
@@ -41,7 +47,8 @@ class RobustStrategy final : public Strategy {
   StrokeOption option_of(const Scored& one, SampledWorlds& worlds) const;
 
   StrategySettings settings_;
-  int outside_now_ = 0;  ///< discs outside the region in the scene at hand
+  std::stop_token stop_;  ///< of the decision at hand
+  int outside_now_ = 0;   ///< discs outside the region in the scene at hand
 };
 
 }  // namespace breakshot::strategy

@@ -17,15 +17,14 @@ namespace {
 
 constexpr double kLeastFriction = 0.01;
 
-/// The settings' half widths as standard deviations: of an even distribution, its half width over the root of 3.
+}  // namespace
+
 TableBelief prior_belief(const StrategySettings& settings) noexcept {
   const auto& world = settings.cell.world;
   const auto& robust = settings.robust;
   return {{world.friction, robust.friction_spread * world.friction / std::sqrt(3.0)},
           {world.restitution, robust.restitution_spread / std::sqrt(3.0)}};
 }
-
-}  // namespace
 
 SampledWorlds::SampledWorlds(const TableModel& model, const Scene& scene, const DecisionContext& context, const StrategySettings& settings)
     : model_{model},

@@ -8,6 +8,10 @@
 
 namespace breakshot::strategy {
 
+/// What is believed before anything was learnt: the settings' half widths as standard deviations (of an even distribution, its half width over the
+/// root of 3).
+TableBelief prior_belief(const StrategySettings& settings) noexcept;
+
 /// What a stroke leaves behind in one world.
 struct Aftermath {
   bool valid = false;             ///< the world could run the stroke; else it says nothing

@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -65,6 +67,7 @@ struct DecisionContext {
   std::uint64_t seed = 0;             ///< of whatever is random in the decision: the same seed, scene and context give the same decision
   StrokeFilter* filter = nullptr;     ///< optional
   std::optional<TableBelief> belief;  ///< nothing: the prior knowledge of the settings
+  std::stop_token stop;               ///< once asked for, nobody waits for the decision: it may be anything, but is to end soon
 };
 
 /// A stroke that a strategy offers, and what it expects of it. The request's id is 0: whoever sends it numbers it.
@@ -97,6 +100,14 @@ class Strategy {
   virtual std::string_view name() const noexcept = 0;
   /// @param scene  at rest, quality kOk
   virtual Decision decide(const Scene& scene, const DecisionContext& context) = 0;
+  /// Corrects a decision that was made about a scene much like this one: the same discs, each within a few tenths of a millimetre. To be much
+  /// quicker than decide(), which it may call when that is quick anyway. kNoStroke: nothing of the earlier decision will do.
+  ///
+  /// @param earlier  the options of that decision
+  virtual Decision revise(const Scene& scene, const DecisionContext& context, std::span<const StrokeOption> earlier) {
+    (void)earlier;
+    return decide(scene, context);
+  }
 };
 
 /// "paper", "random_hybrid", "random_push", "robust".

@@ -1,6 +1,26 @@
 #include "planner/task/scene_watch.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
 namespace breakshot::task {
+
+namespace {
+
+/// What moves in a scene, for people.
+std::string motion_text(const Scene& scene) {
+  if (!std::isfinite(scene.max_speed)) return "discs come and go from one picture to the next";
+  char text[96];
+  const auto fastest = std::max_element(scene.discs.begin(), scene.discs.end(),
+                                        [](const SceneDisc& a, const SceneDisc& b) { return a.v_WD_W.norm() < b.v_WD_W.norm(); });
+  if (fastest == scene.discs.end()) return "something moves";
+  std::snprintf(text, sizeof text, "disc %td at (%.3f, %.3f) m moves at %.3f m/s", fastest - scene.discs.begin() + 1, fastest->p_WD.x(),
+                fastest->p_WD.y(), scene.max_speed);
+  return text;
+}
+
+}  // namespace
 
 void SceneWatch::start(Time now) noexcept {
   started_ = last_exposed_ = now;
@@ -31,6 +51,7 @@ SceneWatch::Verdict SceneWatch::on_scene(const Scene& scene) noexcept {
   trouble_.clear();
   if (!(scene.max_speed < settings_.settle_speed)) {
     at_rest_ = 0;
+    motion_ = motion_text(scene);
     return Verdict::kMoving;
   }
   ++at_rest_;

@@ -37,6 +37,8 @@ class SceneWatch {
   bool foreign() const noexcept { return foreign_; }
   /// What is wrong with the newest scene, for people; empty when none came.
   const std::string& trouble() const noexcept { return trouble_; }
+  /// What moved in the newest usable scene in which something did, for people.
+  const std::string& motion() const noexcept { return motion_; }
 
  private:
   TaskSettings settings_;
@@ -46,6 +48,7 @@ class SceneWatch {
   int at_rest_ = 0;
   bool foreign_ = false;
   std::string trouble_;
+  std::string motion_;
 };
 
 }  // namespace breakshot::task

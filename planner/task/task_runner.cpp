@@ -1,6 +1,7 @@
 #include "planner/task/task_runner.hpp"
 
 #include "common/outside.hpp"
+#include "planner/strategy/sampled_worlds.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -34,25 +35,17 @@ std::string fault_of(const TaskRequest& request) {
   return {};
 }
 
-/// Discs that keep min_gap to every other one.
-std::uint32_t singulated_discs(const Scene& scene, double min_gap) {
-  std::uint32_t count = 0;
-  for (std::size_t i = 0; i < scene.discs.size(); ++i) {
-    bool apart = true;
-    for (std::size_t j = 0; j < scene.discs.size() && apart; ++j) {
-      const auto& a = scene.discs[i];
-      const auto& b = scene.discs[j];
-      apart = i == j || (a.p_WD - b.p_WD).norm() - a.radius - b.radius >= min_gap;
-    }
-    count += apart ? 1 : 0;
-  }
-  return count;
-}
-
 }  // namespace
 
-TaskRunner::TaskRunner(const TaskSettings& settings, std::string strategy_name, std::uint64_t first_stroke_id)
-    : settings_{settings}, strategy_name_{std::move(strategy_name)}, watch_{settings}, link_{settings, first_stroke_id} {
+TaskRunner::TaskRunner(const TaskSettings& settings, std::string strategy_name, std::uint64_t first_stroke_id,
+                       const strategy::StrategySettings& knowledge)
+    : settings_{settings},
+      strategy_name_{std::move(strategy_name)},
+      watch_{settings},
+      position_sigma_{knowledge.robust.position_sigma},
+      ahead_{settings, knowledge},
+      belief_{strategy::prior_belief(knowledge)},
+      link_{settings, first_stroke_id} {
   status_.smallest_gap = std::numeric_limits<double>::infinity();
 }
 
@@ -109,13 +102,16 @@ void TaskRunner::on_request(const TaskRequest& request, Time now) {
       pause_asked_ = true;
       drop_waiting_stroke();
       if (!link_.active()) {
-        ++ticket_;  // a decision under way is not waited for
+        forget_decision();
         set_phase(TaskPhase::kPaused, "paused");
       }
       break;
     case TaskRequest::Verb::kResume:
       pause_asked_ = false;
-      if (status_.phase == TaskPhase::kPaused) look(now);
+      if (status_.phase == TaskPhase::kPaused) {
+        ahead_.start(now);
+        look(now);
+      }
       break;
     case TaskRequest::Verb::kStart:
     case TaskRequest::Verb::kRecover: break;
@@ -143,8 +139,11 @@ void TaskRunner::start(const TaskRequest& request, Time now) {
   discs_known_ = request.expect_discs;
   times_before_ = {};
   decisions_ = 0;
+  crowd_.clear();
+  in_vain_ = 0;
   outcome_due_.reset();
   status_.phase = TaskPhase::kLooking;
+  ahead_.start(Time{});  // no stroke runs: pictures that are on their way show the discs where they lie
   if (const std::string fault = fault_of(request); !fault.empty()) {
     finish({TaskPhase::kFailed, TaskFailure::kBadRequest, fault}, now);
     return;
@@ -180,13 +179,14 @@ void TaskRunner::look(Time now) {
 
 void TaskRunner::on_scene(const Scene& scene, Time now) {
   advance(now);
-  if (status_.phase == TaskPhase::kDeciding && !scene.foreign.empty() && !link_.active() && !ending_) {
-    ++ticket_;  // what is being decided on is not what is there any more
-    look(now);
+  if (status_.phase == TaskPhase::kDeciding && !link_.active() && !ending_) {
+    if (const std::string change = change_while_deciding(scene); !change.empty()) look_again(change, now);
   }
   const bool looking = status_.phase == TaskPhase::kLooking || status_.phase == TaskPhase::kSettling;
-  if (!looking || link_.active() || ending_) return;
-  switch (watch_.on_scene(scene)) {
+  if (!looking || ending_) return;
+  const auto verdict = link_.active() ? SceneWatch::Verdict::kIgnored : watch_.on_scene(scene);
+  if (verdict != SceneWatch::Verdict::kSettled) think_ahead(scene);
+  switch (verdict) {
     case SceneWatch::Verdict::kAtRest:
       if (status_.phase == TaskPhase::kSettling) set_phase(TaskPhase::kLooking, "looking at the table");
       break;
@@ -200,6 +200,22 @@ void TaskRunner::on_scene(const Scene& scene, Time now) {
   }
 }
 
+std::string TaskRunner::change_while_deciding(const Scene& scene) const {
+  if (scene.exposed <= scene_.exposed || scene.quality != SceneQuality::kOk) return {};
+  if (!scene.foreign.empty()) return "looks again: " + describe(scene.foreign.front());
+  // A frame may miss a disc, but none invents one.
+  if (scene.discs.size() > scene_.discs.size())
+    return "looks again: " + std::to_string(scene.discs.size()) + " discs instead of " + std::to_string(scene_.discs.size());
+  const SceneChange change = change_between(scene_, scene, task_.min_gap, position_sigma_);
+  if (!change.same_discs || change.in_sigmas <= kSamePlace) return {};
+  return "looks again: a disc moved by " + in_millimetres(change.furthest) + " while the stroke was being chosen";
+}
+
+bool TaskRunner::watches_table() const noexcept {
+  if (status_.phase != TaskPhase::kLooking && status_.phase != TaskPhase::kSettling) return false;
+  return !link_.active() || (settings_.plan_ahead && ahead_.started());
+}
+
 bool TaskRunner::count_is_right(const Scene& scene) {
   const auto seen = static_cast<std::uint32_t>(scene.discs.size());
   if (task_.expect_discs == 0) discs_known_ = std::max(discs_known_, seen);
@@ -208,7 +224,7 @@ bool TaskRunner::count_is_right(const Scene& scene) {
 
 void TaskRunner::judge(const Scene& scene, Time now) {
   status_.discs_seen = static_cast<std::uint32_t>(scene.discs.size());
-  status_.discs_singulated = singulated_discs(scene, task_.min_gap);
+  status_.discs_singulated = spacing_of(scene, task_.min_gap).apart;
   status_.smallest_gap = smallest_gap(scene);
   contacts_left_ = static_cast<std::uint32_t>(
       std::count_if(scene.contacts.begin(), scene.contacts.end(), [](const SceneContact& contact) { return contact.p_touch >= 0.5; }));
@@ -236,12 +252,14 @@ void TaskRunner::judge(const Scene& scene, Time now) {
   }
   if (status_.smallest_gap >= task_.min_gap && status_.discs_lost == 0) {
     const std::string gap = status_.discs_seen < 2 ? "one disc alone" : "smallest gap " + in_millimetres(status_.smallest_gap);
+    ahead_.not_needed();
     finish({TaskPhase::kSingulated, TaskFailure::kNone, "singulated: " + gap}, now);
     return;
   }
   scene_ = scene;
+  if (gives_up_on_crowd(now)) return;
   hit_speed_cap_ = std::numeric_limits<double>::max();
-  ask_strategy(now);
+  conclude(now);
 }
 
 // ---- ends
@@ -277,7 +295,7 @@ void TaskRunner::on_tick(Time now, Duration real) {
     fail(watch_.foreign() ? TaskFailure::kForeignObject : TaskFailure::kNoScene,
          watch_.trouble().empty() ? "no scene comes from perception" : watch_.trouble(), now);
   } else if (watch_.restless(now)) {
-    fail(TaskFailure::kNoScene, watch_.trouble().empty() ? "the discs do not come to rest" : watch_.trouble(), now);
+    fail(TaskFailure::kNoScene, "the discs do not come to rest: " + watch_.motion(), now);
   }
 }
 
@@ -292,7 +310,7 @@ void TaskRunner::on_clock_stopped(Time now) {
 
 void TaskRunner::end_with(End end, Time now) {
   if (ending_ && end.phase != TaskPhase::kCancelled) return;
-  ++ticket_;  // a decision under way no longer counts
+  forget_decision();
   ending_ = std::move(end);
   drop_waiting_stroke();
   if (link_.active()) return;  // the stroke runs to its end; stroke_over() goes on
@@ -311,10 +329,10 @@ void TaskRunner::fail(TaskFailure failure, std::string text, Time now) { end_wit
 void TaskRunner::finish(const End& end, Time /*now*/) {
   ending_.reset();
   pause_asked_ = false;
-  ++ticket_;
+  forget_decision();
   status_.failure = end.failure;
   status_.ended = status_.stamp;
-  set_phase(end.phase, end.text);
+  set_phase(end.phase, end.phase == TaskPhase::kFailed && !crowd_.empty() ? crowd_ + "; " + end.text : end.text);
 }
 
 }  // namespace breakshot::task

@@ -5,6 +5,8 @@
 #include "common/task.hpp"
 #include "planner/estimate/restitution_estimate.hpp"
 #include "planner/strategy/strategy.hpp"
+#include "planner/task/crowd.hpp"
+#include "planner/task/plan_ahead.hpp"
 #include "planner/task/scene_watch.hpp"
 #include "planner/task/stroke_link.hpp"
 #include "planner/task/task_settings.hpp"
@@ -21,11 +23,13 @@ struct SendStroke {
   StrokeRequest stroke;
 };
 
-/// Run the strategy on a scene and answer with on_decision(ticket, ...). Only the newest ticket counts.
+/// Run the strategy on a scene and answer with on_decision(ticket, ...). Only the newest ticket counts: what runs for an older one is to be given up
+/// (DecisionContext::stop).
 struct RunStrategy {
   std::uint64_t ticket = 0;
   Scene scene;
-  strategy::DecisionContext context;  ///< filter and belief are the caller's to add
+  strategy::DecisionContext context;              ///< filter, belief and stop are the caller's to add
+  std::vector<strategy::StrokeOption> earlier{};  ///< not empty: Strategy::revise() these
 };
 
 /// What a task wants done, in order. TaskStatus: publish it, something changed. ObservedHit: learn from it.
@@ -40,17 +44,24 @@ using Action = std::variant<SendStroke, RunStrategy, Plan, Outcome, estimate::Ob
 /// thinking; `move` from the request of a stroke until the discs are free; `settle` from then until the first scene at rest. Pauses count
 /// nowhere, neither as time nor towards the timeout.
 ///
+/// The next decision begins while the arm still moves or discs still slide, on a forecast of the scene (PlanAhead); it counts only once the scene has
+/// settled and agrees.
+///
 /// A stroke that the controller stops ends the task, whatever the cause: nothing is to move after a stop before somebody has recovered the controller
 /// and given a fresh order.
 class TaskRunner {
  public:
   /// @param first_stroke_id  above every id that an earlier life of the planner may have used
-  TaskRunner(const TaskSettings& settings, std::string strategy_name, std::uint64_t first_stroke_id = 1);
+  /// @param knowledge  for forecasts of where sliding discs come to rest
+  TaskRunner(const TaskSettings& settings, std::string strategy_name, std::uint64_t first_stroke_id = 1,
+             const strategy::StrategySettings& knowledge = {});
 
   /// A request that was taken before (same seq) is ignored: it was sent again because our status was late. A start while another order runs
   /// is left unacknowledged, so it is sent again and taken when that order has ended. A recovery while an order runs is acknowledged and not done.
   void on_request(const TaskRequest& request, Time now);
   void on_scene(const Scene& scene, Time now);
+  /// What has been learnt of the table, for forecasts; before the first, what the knowledge says counts.
+  void on_belief(const strategy::TableBelief& belief) noexcept { belief_ = belief; }
   void on_stroke_status(const StrokeStatus& status, Time now);
   void on_decision(std::uint64_t ticket, strategy::Decision decision, Duration think, Time now);
   /// @param real  time since the last call by a clock that others live by as well. Patience with them counts the shorter of the two: in lockstep
@@ -60,6 +71,10 @@ class TaskRunner {
   void on_clock_stopped(Time now);
 
   std::vector<Action> take_actions();
+  /// Whether it looks at scenes that are exposed now.
+  bool watches_table() const noexcept;
+  /// Of all tasks so far.
+  const AheadCounts& ahead_counts() const noexcept { return ahead_.counts(); }
   /// As of the last event.
   const TaskStatus& status() const noexcept { return status_; }
   bool running() const noexcept { return status_.phase != TaskPhase::kIdle && !is_final(status_.phase); }
@@ -83,8 +98,19 @@ class TaskRunner {
   void start(const TaskRequest& request, Time now);
   void look(Time now);
   void judge(const Scene& scene, Time now);
+  /// How a scene contradicts the one that is being decided on, for people; empty when it does not.
+  std::string change_while_deciding(const Scene& scene) const;
   bool count_is_right(const Scene& scene);
-  void ask_strategy(Time now);
+  void think_ahead(const Scene& scene);
+  void conclude(Time now);
+  void use_ahead(Time now);
+  void ask_strategy(std::vector<strategy::StrokeOption> earlier = {});
+  strategy::DecisionContext context() const;
+  void decided(strategy::Decision decision, Duration think, Time now);
+  /// More discs than fit the region: says so. @return whether that is the end, for nothing more is gained
+  bool gives_up_on_crowd(Time now);
+  void forget_decision();
+  void look_again(const std::string& why, Time now);
   void try_next_option(Time now);
   void send(const StrokeRequest& stroke, Time now);
   void drop_waiting_stroke();
@@ -116,8 +142,18 @@ class TaskRunner {
   Scene scene_;  // the one decided on
   std::uint32_t discs_known_ = 0;
   std::uint32_t contacts_left_ = 0;
+  std::string crowd_;        // that there are more discs than fit the region; empty when there are not
+  Spacing best_;             // with a crowd: that there was so far
+  int in_vain_ = 0;          // and strokes in a row that did not better it
   PhaseTimes times_before_;  // at the last look's beginning
 
+  double position_sigma_;  // of a place, beside its covariance, m
+  PlanAhead ahead_;
+  strategy::TableBelief belief_;
+  PlanAhead::Verdict ahead_verdict_ = PlanAhead::Verdict::kNone;  // while its answer is waited for
+  std::string ahead_note_;                                        // what the plan is to say of what was decided ahead
+  std::optional<StrokeRequest> corrected_;                        // first choice of the decision that is being corrected
+  Duration think_ahead_{};                                        // that it took
   std::uint64_t ticket_ = 0;
   std::uint64_t decisions_ = 0;
   std::vector<strategy::StrokeOption> options_;

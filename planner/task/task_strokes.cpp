@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-// TaskRunner from a scene to decide on until the stroke has been run: deciding and moving. The rest is in task_runner.cpp.
+// TaskRunner from a decision until the stroke has been run. Decisions are in task_decisions.cpp, the rest in task_runner.cpp.
 
 namespace breakshot::task {
 
@@ -15,45 +15,6 @@ constexpr std::size_t kCandidates = 5;  // Plan::candidates
 constexpr double kBelowAttainable = 0.98;
 
 }  // namespace
-
-// ---- deciding
-
-void TaskRunner::ask_strategy(Time /*now*/) {
-  strategy::DecisionContext context;
-  context.min_gap = task_.min_gap;
-  context.region = task_.region;
-  context.hits_left = task_.max_hits - std::min(task_.max_hits, status_.hits);
-  context.pushes_left = task_.max_pushes - std::min(task_.max_pushes, status_.pushes);
-  context.speed_scale = task_.speed_scale;
-  context.hit_speed_cap = hit_speed_cap_;
-  context.seed = settings_.seed * 0x9E3779B97F4A7C15U + decisions_++;
-  set_phase(TaskPhase::kDeciding, "deciding");
-  actions_.emplace_back(RunStrategy{++ticket_, scene_, context});
-}
-
-void TaskRunner::on_decision(std::uint64_t ticket, strategy::Decision decision, Duration think, Time now) {
-  advance(now);
-  if (ticket != ticket_ || status_.phase != TaskPhase::kDeciding || ending_) return;
-  switch (decision.kind) {
-    case strategy::Decision::Kind::kSingulated:
-      // The task saw a gap below G in the same scene: the two differ by rounding, and another look decides.
-      look(now);
-      return;
-    case strategy::Decision::Kind::kNoStroke:
-      // A disc outside that the strategy does not bring back is lost, whatever else stands in the way.
-      if (status_.discs_lost > 0) {
-        fail(TaskFailure::kDiscLost, decision.why, now);
-        return;
-      }
-      fail(status_.pushes >= task_.max_pushes ? TaskFailure::kStrokeLimit : TaskFailure::kNoFeasibleStroke, decision.why, now);
-      return;
-    case strategy::Decision::Kind::kStroke: break;
-  }
-  options_ = std::move(decision.options);
-  option_ = 0;
-  think_ = think;
-  try_next_option(now);
-}
 
 void TaskRunner::try_next_option(Time now) {
   if (option_ >= options_.size()) {
@@ -71,7 +32,8 @@ void TaskRunner::try_next_option(Time now) {
   plan.scene_seq = scene_.seq;
   plan.strategy = strategy_name_;
   plan.stroke = link_.request();
-  plan.why = option.why.substr(0, kTextLimit);
+  plan.why = option.why + (ahead_note_.empty() ? "" : "; " + ahead_note_);
+  plan.why.resize(std::min(plan.why.size(), kTextLimit));
   plan.predicted_gap = option.predicted_gap;
   plan.predicted_p_WD = option.predicted_p_WD;
   for (std::size_t k = option_ - 1; k < options_.size() && plan.candidates.size() < kCandidates; ++k) {
@@ -88,6 +50,7 @@ void TaskRunner::try_next_option(Time now) {
 void TaskRunner::send(const StrokeRequest& stroke, Time now) {
   parked_before_ = parked_;
   parked_ = false;
+  if (stroke.kind != StrokeKind::kPark) ahead_.stop();
   actions_.emplace_back(SendStroke{link_.begin(stroke, now)});
 }
 
@@ -106,6 +69,7 @@ void TaskRunner::on_stroke_status(const StrokeStatus& status, Time now) {
   }
   const bool stroke = link_.request().kind != StrokeKind::kPark;
   if (stroke && status.phase == StrokePhase::kParking && status_.phase == TaskPhase::kMoving) {
+    ahead_.start(now);
     set_phase(TaskPhase::kSettling, "the discs are free, the arm parks");
   }
 }
@@ -163,6 +127,7 @@ void TaskRunner::stroke_over(Time now) {
   }
   outcome_due_ = status;
   stroke_run_ = stroke;
+  if (!ahead_.started()) ahead_.start(now);
   parked_ = stroke.park_after;
   if (!parked_) {
     StrokeRequest park;
@@ -197,7 +162,7 @@ void TaskRunner::refused(const StrokeStatus& status, Time now) {
   if (status.reason == RefusalReason::kTooFast && cap > 0.0 && cap < hit_speed_cap_) {
     // The virtual world picks a speed again among those that the arm attains there.
     hit_speed_cap_ = cap;
-    ask_strategy(now);
+    ask_strategy();
     return;
   }
   try_next_option(now);

@@ -34,31 +34,38 @@ nlohmann::json metrics_of(const Group& group) {
   std::size_t successes = 0;
   double lost = 0.0;
   double discs = 0.0;
-  std::vector<double> decisions, decisions_cpu;
+  std::vector<double> decisions, decisions_cpu, revisions_cpu;
+  task::AheadCounts ahead;
   for (const auto* record : group) {
     successes += record->success ? 1 : 0;
     lost += record->result.truly_lost;
     discs += static_cast<double>(record->result.truth.size());
     decisions.insert(decisions.end(), record->result.decision_s.begin(), record->result.decision_s.end());
     decisions_cpu.insert(decisions_cpu.end(), record->result.decision_cpu_s.begin(), record->result.decision_cpu_s.end());
+    revisions_cpu.insert(revisions_cpu.end(), record->result.revision_cpu_s.begin(), record->result.revision_cpu_s.end());
+    ahead += record->result.ahead;
   }
   const auto times = values(group, [](const auto& r) { return r.time_s; });
   const auto task = [&](auto&& f) { return mean(values(group, [&](const auto& r) { return f(r.result.task); })); };
-  return {{"success", static_cast<double>(successes) / static_cast<double>(group.size())},
-          {"success_wilson_low", wilson(successes, group.size()).low},
-          {"lost_frac", lost / discs},
-          {"mean_time_s", mean(times)},
-          {"median_time_s", quantile(times, 0.5)},
-          {"strokes_mean", task([](const TaskStatus& t) { return t.hits + t.pushes; })},
-          {"hits_mean", task([](const TaskStatus& t) { return t.hits; })},
-          {"pushes_mean", task([](const TaskStatus& t) { return t.pushes; })},
-          {"look_s", task([](const TaskStatus& t) { return to_seconds(t.times.look); })},
-          {"think_s", task([](const TaskStatus& t) { return to_seconds(t.times.decide); })},
-          {"move_s", task([](const TaskStatus& t) { return to_seconds(t.times.move); })},
-          {"settle_s", task([](const TaskStatus& t) { return to_seconds(t.times.settle); })},
-          {"decision_p99_ms", 1e3 * quantile(decisions, 0.99)},
-          {"decision_cpu_p50_ms", 1e3 * quantile(decisions_cpu, 0.5)},
-          {"decision_cpu_p99_ms", 1e3 * quantile(decisions_cpu, 0.99)}};
+  nlohmann::json metrics{
+      {"ahead_kept", ahead.kept}, {"ahead_corrected", ahead.corrected}, {"ahead_dropped", ahead.dropped}, {"ahead_renewed", ahead.renewed}};
+  if (!revisions_cpu.empty()) metrics["revision_cpu_p99_ms"] = 1e3 * quantile(revisions_cpu, 0.99);
+  metrics.update({{"success", static_cast<double>(successes) / static_cast<double>(group.size())},
+                  {"success_wilson_low", wilson(successes, group.size()).low},
+                  {"lost_frac", lost / discs},
+                  {"mean_time_s", mean(times)},
+                  {"median_time_s", quantile(times, 0.5)},
+                  {"strokes_mean", task([](const TaskStatus& t) { return t.hits + t.pushes; })},
+                  {"hits_mean", task([](const TaskStatus& t) { return t.hits; })},
+                  {"pushes_mean", task([](const TaskStatus& t) { return t.pushes; })},
+                  {"look_s", task([](const TaskStatus& t) { return to_seconds(t.times.look); })},
+                  {"think_s", task([](const TaskStatus& t) { return to_seconds(t.times.decide); })},
+                  {"move_s", task([](const TaskStatus& t) { return to_seconds(t.times.move); })},
+                  {"settle_s", task([](const TaskStatus& t) { return to_seconds(t.times.settle); })},
+                  {"decision_p99_ms", 1e3 * quantile(decisions, 0.99)},
+                  {"decision_cpu_p50_ms", 1e3 * quantile(decisions_cpu, 0.5)},
+                  {"decision_cpu_p99_ms", 1e3 * quantile(decisions_cpu, 0.99)}});
+  return metrics;
 }
 
 Comparison compare(const Group& a, const Group& b) {

@@ -146,6 +146,14 @@ void report_foresight(const std::string& strategy, const Group& group, nlohmann:
              found.singulated.brier, found.singulated.brier_base, found.lost.brier, found.lost.brier_base, found.strokes);
 }
 
+void report_ahead(const std::string& strategy, const nlohmann::json& metrics) {
+  const auto count = [&](const char* name) { return metrics[strategy + name].get<unsigned>(); };
+  const unsigned kept = count(".ahead_kept"), corrected = count(".ahead_corrected"), dropped = count(".ahead_dropped");
+  if (kept + corrected + dropped == 0) return;
+  fmt::print("{}: decisions begun before the scene had settled: {} kept, {} corrected, {} dropped; {} begun anew meanwhile\n", strategy,
+             kept, corrected, dropped, count(".ahead_renewed"));
+}
+
 void report_learning(const std::string& strategy, const Group& group, nlohmann::json& metrics) {
   for (const std::size_t strokes : {1, 2, 3}) {
     const Learnt found = learnt_after(group, strokes);
@@ -198,6 +206,7 @@ int run(const SingulationArguments& arguments) {
   }
   report_comparisons(arguments.strategies, all, metrics);
   for (const auto& strategy : arguments.strategies) report_foresight(strategy, all[strategy], metrics);
+  for (const auto& strategy : arguments.strategies) report_ahead(strategy, metrics);
   for (const auto& strategy : settings.learn ? arguments.strategies : std::vector<std::string>{})
     report_learning(strategy, all[strategy], metrics);
   fmt::print(

@@ -73,6 +73,7 @@ class TableSim {
     return count;
   }
   const std::vector<Disc>& discs() const { return discs_; }
+  void shift(std::size_t disc, const Vector2& by) { discs_[disc].p_WD += by; }
 
  private:
   static world::WorldSettings settings_of(const TableTruth& truth) {

@@ -52,7 +52,7 @@ struct InProcessCell::Episode {
         perceiver{settings.perception, settings.camera_model, settings.arm, settings.cell.arm.X_WB},
         noise_model{settings.perception, settings.perception_errors},
         strategy{strategy::make_strategy(strategy_name, settings.strategy)},
-        runner{task, strategy_name},
+        runner{task, strategy_name, 1, settings.strategy},
         estimate{settings.estimate, settings.strategy} {}
 
   struct Exposure {
@@ -81,6 +81,12 @@ struct InProcessCell::Episode {
   estimate::TableEstimate estimate;
   std::deque<Exposure> exposures;
   std::optional<Thought> thought;
+  bool decided_now = false;  // in this tick
+  struct Sending {
+    StrokeRequest stroke;
+    Time due;
+  };
+  std::optional<Sending> sending;
   Time next_exposure = kStart;
   ColorFrame color;
   DepthFrame depth;
@@ -144,6 +150,7 @@ EpisodeResult InProcessCell::run(const Formation& formation, const TaskRequest& 
   EpisodeResult& result = episode.result;
   result.task = episode.runner.status();
   result.duration = episode.world.now() - began;
+  result.ahead = episode.runner.ahead_counts();
   const SimTruth truth = episode.world.truth();
   result.truth = truth.discs;
   result.strikes = truth.strikes;
@@ -166,11 +173,13 @@ void InProcessCell::tick(Episode& episode) {
   }
   if (every(now, kStatusEvery) && episode.executor.newest()) episode.runner.on_stroke_status(*episode.executor.newest(), now);
   look(episode);
-  if (episode.thought && now >= episode.thought->due) {
+  episode.decided_now = episode.thought && now >= episode.thought->due;
+  if (episode.decided_now) {
     auto thought = *std::exchange(episode.thought, std::nullopt);
     episode.runner.on_decision(thought.ticket, std::move(thought.decision), thought.think, now);
   }
   if (every(now, kRunnerEvery)) episode.runner.on_tick(now);
+  if (episode.sending && now >= episode.sending->due) episode.executor.submit(std::exchange(episode.sending, std::nullopt)->stroke, now);
   carry_out(episode);
   episode.world.tick();
 }
@@ -189,6 +198,7 @@ void InProcessCell::look(Episode& episode) {
     if (!looked_at(episode, exposure.snapshot)) continue;
     const Scene scene = see(episode, exposure.snapshot, exposure.frame);
     episode.estimate.on_scene(scene);
+    if (settings_.learn) episode.runner.on_belief(episode.estimate.belief(scene));
     episode.runner.on_scene(scene, now);
   }
 }
@@ -213,34 +223,51 @@ Scene InProcessCell::see(Episode& episode, const sim_bridge::WorldSnapshot& snap
 }
 
 /// Whether anything comes of a frame that arrives now. Rendering is most of what an episode costs, so frames that the planner would throw away
-/// are not drawn: it learns from discs that slide, and decides on what it sees with the arm parked once no disc is far too fast to count as at rest.
+/// are not drawn: it learns from discs that slide, and looks at the table that it waits for once no disc is far too fast to count as at rest.
 bool InProcessCell::looked_at(const Episode& episode, const sim_bridge::WorldSnapshot& snapshot) const {
   constexpr double kFastDisc = 0.1;  // m/s; five times what counts as at rest
   double fastest = 0.0;
   for (const SimDisc& disc : snapshot.discs) fastest = std::max(fastest, disc.v_WD_W.norm());
   if (settings_.learn && fastest > 0.0) return true;
-  const TaskPhase phase = episode.runner.status().phase;
-  if (phase != TaskPhase::kLooking && phase != TaskPhase::kSettling) return false;
-  const auto& stroke = episode.executor.newest();
-  return (!stroke || is_final(stroke->phase)) && fastest < kFastDisc;
+  return episode.runner.watches_table() && fastest < kFastDisc;
+}
+
+void InProcessCell::think(Episode& episode, const task::RunStrategy& question) {
+  const Time now = episode.world.now();
+  strategy::DecisionContext context = question.context;
+  if (settings_.ask_arm) context.filter = &arm_filter_;
+  if (settings_.learn) context.belief = episode.estimate.belief(question.scene);
+  const bool revise = !question.earlier.empty();
+  const auto began = std::chrono::steady_clock::now();
+  const double cpu_began = thread_cpu_s();
+  auto decision =
+      revise ? episode.strategy->revise(question.scene, context, question.earlier) : episode.strategy->decide(question.scene, context);
+  const double cpu = thread_cpu_s() - cpu_began;
+  if (revise) {
+    episode.result.revision_cpu_s.push_back(cpu);
+  } else {
+    episode.result.decision_s.push_back(to_seconds(std::chrono::steady_clock::now() - began));
+    episode.result.decision_cpu_s.push_back(cpu);
+  }
+  Duration charge = settings_.think_charge;
+  if (episode.strategy->name() == "robust") charge = revise ? settings_.robust_revise_charge : settings_.robust_think_charge;
+  const Duration wait = episode.thought ? settings_.give_up_charge : Duration::zero();
+  episode.thought = Episode::Thought{question.ticket, std::move(decision), charge, now + wait + charge};
 }
 
 void InProcessCell::carry_out(Episode& episode) {
   const Time now = episode.world.now();
   for (auto& action : episode.runner.take_actions()) {
     if (const auto* send = std::get_if<task::SendStroke>(&action)) {
-      episode.executor.submit(as_made(send->stroke, episode.truth), now);
+      const StrokeRequest stroke = as_made(send->stroke, episode.truth);
+      const bool charged = stroke.kind == StrokeKind::kPark || episode.decided_now;
+      if (charged) {
+        episode.executor.submit(stroke, now);
+      } else {
+        episode.sending = {stroke, now + settings_.stroke_charge};
+      }
     } else if (const auto* run = std::get_if<task::RunStrategy>(&action)) {
-      const auto began = std::chrono::steady_clock::now();
-      const double cpu_began = thread_cpu_s();
-      strategy::DecisionContext context = run->context;
-      if (settings_.ask_arm) context.filter = &arm_filter_;
-      if (settings_.learn) context.belief = episode.estimate.belief(run->scene);
-      auto decision = episode.strategy->decide(run->scene, context);
-      episode.result.decision_s.push_back(to_seconds(std::chrono::steady_clock::now() - began));
-      episode.result.decision_cpu_s.push_back(thread_cpu_s() - cpu_began);
-      const Duration charge = episode.strategy->name() == "robust" ? settings_.robust_think_charge : settings_.think_charge;
-      episode.thought = Episode::Thought{run->ticket, std::move(decision), charge, now + charge};
+      think(episode, *run);
     } else if (auto* plan = std::get_if<Plan>(&action)) {
       episode.result.plans.push_back(std::move(*plan));
       episode.result.tables.push_back(episode.world.truth().discs);

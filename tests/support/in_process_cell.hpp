@@ -56,6 +56,12 @@ struct InProcessSettings {
   Duration think_charge = std::chrono::milliseconds{20};
   /// The same for `robust`, which thinks longer: about its slowest decisions about six discs.
   Duration robust_think_charge = std::chrono::milliseconds{200};
+  /// The same for a decision that `robust` corrects for the scene that settled.
+  Duration robust_revise_charge = std::chrono::milliseconds{50};
+  /// Of a stroke that is sent without a decision just before it (it was decided ahead of the scene, or another one was refused): planning it.
+  Duration stroke_charge = std::chrono::milliseconds{20};
+  /// Until a decision that nobody waits for any more has ended and the next one can begin.
+  Duration give_up_charge = std::chrono::milliseconds{20};
 };
 
 /// Reads a cell configuration as the processes do. @throws ConfigError, ArmDescriptionError
@@ -80,6 +86,8 @@ struct EpisodeResult {
   Duration duration{};                         ///< of the cell clock, from the order to its end
   std::vector<double> decision_s;              ///< measured time of each decision
   std::vector<double> decision_cpu_s;          ///< and the CPU time in it, which other programs on the machine lengthen less
+  std::vector<double> revision_cpu_s;          ///< the same of corrections
+  task::AheadCounts ahead;                     ///< what became of decisions begun before the scene had settled
   std::vector<strategy::TableBelief> beliefs;  ///< after each stroke, about the whole table
   std::vector<Plan> plans;                     ///< every stroke that was asked for, in order
   std::vector<std::vector<SimDisc>> tables;    ///< where the discs truly were when each was
@@ -115,6 +123,8 @@ class InProcessCell {
   void look(Episode& episode);
   bool looked_at(const Episode& episode, const sim_bridge::WorldSnapshot& snapshot) const;
   Scene see(Episode& episode, const sim_bridge::WorldSnapshot& snapshot, std::uint64_t frame);
+  /// Asks the strategy; the answer comes when the charged time has passed.
+  void think(Episode& episode, const task::RunStrategy& question);
   void carry_out(Episode& episode);
 
   InProcessSettings settings_;

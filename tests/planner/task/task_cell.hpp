@@ -11,10 +11,15 @@
 namespace breakshot::test {
 
 /// Controller, camera and table of a cell, played in simulated time around a TaskRunner. Faults are switched on by the tests.
+///
+/// After a stroke the camera sees every disc slide straight to where the table says that it comes to rest, as Coulomb's friction has it. Collisions are
+/// left out of what it sees.
 class TaskCell {
  public:
   TaskCell(std::vector<Disc> discs, const char* strategy, const task::TaskSettings& settings = {})
-      : table{std::move(discs), {}, 7}, strategy_{strategy::make_strategy(strategy, {})}, runner{settings, strategy, 100} {}
+      : table{std::move(discs), {}, 7}, strategy_{strategy::make_strategy(strategy, {})}, runner{settings, strategy, 100} {
+    for (const Disc& disc : table.discs()) came_from_.push_back(disc.p_WD);
+  }
 
   /// A start request that fits the cell.
   static TaskRequest order(std::uint64_t seq = 1) {
@@ -57,17 +62,25 @@ class TaskCell {
 
   // Faults.
   bool controller_dead = false;
-  int deaf_to = 0;                    ///< stroke messages that get lost
-  std::deque<StrokeStatus> refusals;  ///< answers to the next strokes instead of running them; id and stamp are filled in
+  strategy::StrokeFilter* arm = nullptr;  ///< that the strategy may ask
+  int deaf_to = 0;                        ///< stroke messages that get lost
+  std::deque<StrokeStatus> refusals;      ///< answers to the next strokes instead of running them; id and stamp are filled in
   int stops = 0;               ///< strokes that are stopped on the way; the controller then stays stopped until it is asked to recover
   bool stopped = false;        ///< the controller refuses whatever moves
   bool unrecoverable = false;  ///< and to recover
   bool camera_dead = false;
   SceneQuality quality = SceneQuality::kOk;
-  std::vector<ForeignObject> foreign;  ///< that perception reports
-  double noise_speed = 0.003;          ///< that perception reports of a table at rest, m/s
-  std::optional<std::size_t> hidden;   ///< a disc that perception does not see
-  int hidden_scenes = 1'000'000;       ///< for how many scenes
+  std::vector<ForeignObject> foreign;            ///< that perception reports
+  double noise_speed = 0.003;                    ///< that perception reports of a table at rest, m/s
+  Duration think{std::chrono::milliseconds{5}};  ///< that a decision takes
+  std::optional<std::size_t> hidden;             ///< a disc that perception does not see
+  int hidden_scenes = 1'000'000;                 ///< for how many scenes
+
+  /// Somebody moves a disc by hand.
+  void shift(std::size_t disc, const Vector2& by) {
+    table.shift(disc, by);
+    came_from_[disc] = table.discs()[disc].p_WD;
+  }
 
   Time now{std::chrono::seconds{5}};
   TableSim table;
@@ -76,6 +89,8 @@ class TaskCell {
   std::vector<Plan> plans;
   std::vector<Outcome> outcomes;
   std::vector<TaskStatus> statuses;
+  std::vector<task::RunStrategy> questions;
+  int early_strokes = 0;  ///< hits and pushes asked for while the arm moved, or before a picture of the table at rest was there
 
  private:
   struct Moving {
@@ -88,6 +103,11 @@ class TaskCell {
   void step() {
     now += std::chrono::milliseconds{10};
     controller();
+    if (thought_ && now >= thought_->due) {
+      const auto thought = *std::exchange(thought_, std::nullopt);
+      runner.on_decision(thought.ticket, thought.decision, think, now);
+      carry_out();
+    }
     if ((now.time_since_epoch() / std::chrono::milliseconds{10}) % 3 == 0) camera();
     runner.on_tick(now);
     carry_out();
@@ -105,8 +125,11 @@ class TaskCell {
     status.phase = at(500) || park ? StrokePhase::kParking : at(300) ? StrokePhase::kRunIn : StrokePhase::kTransit;
     if (!park && !moving_->struck && at(500)) {
       moving_->struck = true;
+      came_from_.clear();
+      for (const Disc& disc : table.discs()) came_from_.push_back(disc.p_WD);
+      struck_ = rests_ = now;
       table.run(moving_->stroke);
-      rests_ = now + std::chrono::milliseconds{300};
+      for (std::size_t i = 0; i < came_from_.size(); ++i) rests_ = std::max(rests_, now + slide_time(i));
     }
     if (moving_->stop && at(200)) {
       stopped = true;
@@ -126,10 +149,17 @@ class TaskCell {
   void camera() {
     if (camera_dead) return;
     Scene scene = table.scene();
-    scene.exposed = now - std::chrono::milliseconds{66};
+    scene.exposed = now - kLatency;
     scene.quality = quality;
     scene.foreign = foreign;
-    scene.max_speed = scene.exposed < rests_ ? 0.3 : noise_speed;
+    scene.max_speed = noise_speed;
+    for (std::size_t i = 0; i < scene.discs.size(); ++i) {
+      const double left = std::max(0.0, to_seconds(struck_ + slide_time(i) - scene.exposed));
+      const Vector2 way = table.discs()[i].p_WD - came_from_[i];
+      const double to_go = std::min(way.norm(), 0.5 * kDeceleration * left * left);
+      if (to_go > 0.0) scene.discs[i].p_WD -= to_go * way.normalized();
+      scene.max_speed = std::max(scene.max_speed, to_go > 0.0 ? kDeceleration * left : 0.0);
+    }
     if (hidden && hidden_scenes-- > 0) scene.discs.erase(scene.discs.begin() + static_cast<std::ptrdiff_t>(*hidden));
     runner.on_scene(scene, now);
     carry_out();
@@ -140,10 +170,11 @@ class TaskCell {
       if (auto* send = std::get_if<task::SendStroke>(&action)) {
         take_stroke(send->stroke);
       } else if (auto* ask = std::get_if<task::RunStrategy>(&action)) {
-        const auto decision = strategy_->decide(ask->scene, ask->context);
-        now += std::chrono::milliseconds{5};
-        runner.on_decision(ask->ticket, decision, std::chrono::milliseconds{5}, now);
-        carry_out();
+        questions.push_back(*ask);
+        ask->context.filter = arm;
+        auto decision =
+            ask->earlier.empty() ? strategy_->decide(ask->scene, ask->context) : strategy_->revise(ask->scene, ask->context, ask->earlier);
+        thought_ = Thought{ask->ticket, std::move(decision), now + think};
       } else if (auto* plan = std::get_if<Plan>(&action)) {
         plans.push_back(*plan);
       } else if (auto* outcome = std::get_if<Outcome>(&action)) {
@@ -156,6 +187,8 @@ class TaskCell {
 
   void take_stroke(const StrokeRequest& stroke) {
     received.push_back(stroke);
+    const bool moves_discs = stroke.kind == StrokeKind::kHit || stroke.kind == StrokeKind::kPush;
+    if (moves_discs && (moving_ || now < rests_ + kLatency)) ++early_strokes;
     if (controller_dead || deaf_to-- > 0) return;
     if (!refusals.empty() && stroke.kind != StrokeKind::kPark) {
       StrokeStatus status = refusals.front();
@@ -182,7 +215,23 @@ class TaskCell {
     moving_ = Moving{stroke, now, false, stroke.kind != StrokeKind::kPark && stops-- > 0};
   }
 
+  static constexpr Duration kLatency = std::chrono::milliseconds{66};
+  static constexpr double kDeceleration = 0.25 * kGravity;  // m/s^2, on the table's friction
+
+  /// How long disc i slides after the blow.
+  Duration slide_time(std::size_t i) const {
+    return from_seconds(std::sqrt(2.0 * (table.discs()[i].p_WD - came_from_[i]).norm() / kDeceleration));
+  }
+
+  struct Thought {
+    std::uint64_t ticket;
+    strategy::Decision decision;
+    Time due;
+  };
   std::unique_ptr<strategy::Strategy> strategy_;
+  std::optional<Thought> thought_;
+  std::vector<Vector2> came_from_;  // where the discs were before the last blow
+  Time struck_{};
   std::optional<Moving> moving_;
   Time rests_{};
 
