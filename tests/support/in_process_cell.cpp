@@ -30,6 +30,14 @@ double thread_cpu_s() {
 
 bool every(Time now, Duration period) { return (now - kStart) % period == Duration::zero(); }
 
+std::size_t pairs_below(const Scene& scene, double min_gap) {
+  std::size_t pairs = 0;
+  for (std::size_t i = 0; i < scene.discs.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) pairs += gap_between(scene.discs[i], scene.discs[j]).mean < min_gap ? 1 : 0;
+  }
+  return pairs;
+}
+
 /// The stroke that the arm makes when it is asked for this one. Follows from seed and id, so a request that is sent again stays the same.
 StrokeRequest as_made(StrokeRequest stroke, const EpisodeWorld& world) {
   if (stroke.kind == StrokeKind::kPark) return stroke;
@@ -144,6 +152,7 @@ EpisodeResult InProcessCell::run(const Formation& formation, const TaskRequest& 
   EpisodeResult& result = episode.result;
   result.task = episode.runner.status();
   result.duration = episode.world.now() - began;
+  for (DecisionPoint& decision : result.decisions) decision.left = episode.world.now() - decision.at;
   const SimTruth truth = episode.world.truth();
   result.truth = truth.discs;
   result.strikes = truth.strikes;
@@ -231,6 +240,7 @@ void InProcessCell::carry_out(Episode& episode) {
     if (const auto* send = std::get_if<task::SendStroke>(&action)) {
       episode.executor.submit(as_made(send->stroke, episode.truth), now);
     } else if (const auto* run = std::get_if<task::RunStrategy>(&action)) {
+      episode.result.decisions.push_back({pairs_below(run->scene, run->context.min_gap), now, {}});
       const auto began = std::chrono::steady_clock::now();
       const double cpu_began = thread_cpu_s();
       strategy::DecisionContext context = run->context;

@@ -71,6 +71,13 @@ struct EpisodeWorld {
   std::uint64_t seed = 0;            ///< of these errors, of random strategies and of the camera's noise
 };
 
+/// A look at the table that was decided on.
+struct DecisionPoint {
+  std::size_t pairs = 0;  ///< below the order's gap
+  Time at{};
+  Duration left{};  ///< from then to the end of the order
+};
+
 /// What an order came to.
 struct EpisodeResult {
   TaskStatus task;                             ///< as the planner sees it
@@ -81,8 +88,9 @@ struct EpisodeResult {
   std::vector<double> decision_s;              ///< measured time of each decision
   std::vector<double> decision_cpu_s;          ///< and the CPU time in it, which other programs on the machine lengthen less
   std::vector<strategy::TableBelief> beliefs;  ///< after each stroke, about the whole table
-  std::vector<Plan> plans;                     ///< every stroke that was asked for, in order
-  std::vector<Outcome> outcomes;               ///< of those that ran: Outcome::plan_seq names the plan
+  std::vector<DecisionPoint> decisions;
+  std::vector<Plan> plans;        ///< every stroke that was asked for, in order
+  std::vector<Outcome> outcomes;  ///< of those that ran: Outcome::plan_seq names the plan
   std::uint32_t strikes = 0;
 };
 
