@@ -29,6 +29,8 @@ strategy::CellKnowledge load_knowledge(const ConfigNode& node, const CellConfig&
   knowledge.disc_mass = node.number("disc_mass", {0.001, 10.0}, "kg");
   knowledge.disc_radius = node.number("disc_radius", {cell.disc_radius_min, cell.disc_radius_max}, "m");
   knowledge.striker_mass = node.number("striker_mass", {0.01, 1e6}, "kg");
+  knowledge.world.striker_bounce_speed = node.number("striker_bounce_speed", {0.0, 1.0}, "m/s");
+  knowledge.drive_bandwidth = node.number("drive_bandwidth", {0.0, 2000.0}, "rad/s");
   knowledge.hit_braking = node.number("hit_braking", {0.01, 100.0}, "m/s^2");
   knowledge.hit_lift = node.number("hit_lift_s", {0.01, 2.0}, "s");
   knowledge.hit_fall = node.number("hit_fall_s", {0.0, 2.0}, "s");
@@ -67,12 +69,17 @@ strategy::RobustRules load_robust(const ConfigNode& node) {
   robust.speed_spread = node.number("speed_spread", {0.0, 0.5}, "");
   robust.aim_spread = kRadianPerDegree * node.number("aim_spread_deg", {0.0, 20.0}, "deg");
   robust.position_sigma = millimetres(node, "position_sigma_mm", {0.0, 5.0});
+  robust.striker_spread = node.number("striker_spread", {0.0, 0.9}, "");
+  robust.compliant_share = node.number("compliant_share", {0.0, 0.8}, "");
+  robust.contact_time_min = 1e-3 * node.number("contact_time_min_ms", {0.01, 10.0}, "ms");
+  robust.contact_time_max = 1e-3 * node.number("contact_time_max_ms", {1e3 * robust.contact_time_min, 10.0}, "ms");
   robust.gap_margin = millimetres(node, "gap_margin_mm", {0.0, 10.0});
   robust.worlds = static_cast<int>(node.integer("worlds", 1, 10'000));
   robust.rollouts = static_cast<int>(node.integer("rollouts", 100, 10'000'000));
   robust.hit_time = node.number("hit_time_s", {0.1, 60.0}, "s");
   robust.push_time = node.number("push_time_s", {0.1, 60.0}, "s");
   robust.settle_time = node.number("settle_time_s", {0.0, 60.0}, "s");
+  robust.rest_time = node.number("rest_time_s", {0.0, 60.0}, "s");
   robust.pair_time = node.number("pair_time_s", {0.0, 60.0}, "s");
   robust.lost_price = node.number("lost_price_s", {0.0, 1e6}, "s");
   robust.edge_price = node.number("edge_price_s", {0.0, 1e3}, "s");

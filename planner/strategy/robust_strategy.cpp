@@ -64,7 +64,7 @@ Decision RobustStrategy::choose(const Scene& scene, const DecisionContext& conte
     if (one.lost_more == 0) try_in_worlds(one, worlds, 1);
     before = &one;
   }
-  const double now = settings_.robust.pair_time * static_cast<double>(model->pairs.size()) + settings_.robust.lost_price * outside_now_;
+  const double now = rest_time(model->pairs.size()) + settings_.robust.lost_price * outside_now_;
   std::erase_if(all, [&](const Scored& one) { return one.worlds == 0 || one.lost_more > 0; });
   // Where nothing improves matters (a crowd, one pair left in its middle), the stroke that spoils least is better than giving up.
   const auto improves = [&](const Scored& one) { return one.mean() - stroke_time(one) < now; };
@@ -96,10 +96,14 @@ double RobustStrategy::stroke_time(const Scored& one) const noexcept {
   return stroke.kind == StrokeKind::kHit ? rules.hit_time : rules.push_time + stroke.length / stroke.speed;
 }
 
+double RobustStrategy::rest_time(std::size_t pairs) const noexcept {
+  return pairs == 0 ? 0.0 : settings_.robust.rest_time + settings_.robust.pair_time * static_cast<double>(pairs);
+}
+
 double RobustStrategy::cost_of(const Scored& one, const Aftermath& aftermath) const noexcept {
   const auto& rules = settings_.robust;
-  return stroke_time(one) + rules.pair_time * aftermath.pairs_below + (aftermath.pairs_below > 0 ? rules.settle_time : 0.0) +
-         rules.lost_price * aftermath.outside + rules.edge_price * aftermath.edge;
+  return stroke_time(one) + rest_time(static_cast<std::size_t>(aftermath.pairs_below)) + rules.lost_price * aftermath.outside +
+         rules.edge_price * aftermath.edge;
 }
 
 void RobustStrategy::try_in_worlds(Scored& one, SampledWorlds& worlds, std::size_t up_to) const {

@@ -39,6 +39,8 @@ class RobustStrategy final : public Strategy {
   };
 
   double stroke_time(const Scored& one) const noexcept;
+  /// Expected time to finish when so many pairs are below G, s.
+  double rest_time(std::size_t pairs) const noexcept;
   double cost_of(const Scored& one, const Aftermath& aftermath) const noexcept;
   void try_in_worlds(Scored& one, SampledWorlds& worlds, std::size_t up_to) const;
   /// @param rollout_cost  of a rollout of so many discs, in those of the budget

@@ -4,6 +4,7 @@
 
 #include "common/random.hpp"
 #include "planner/world/formation.hpp"
+#include "planner/world/laws/compliant.hpp"
 
 #include <Eigen/Cholesky>
 
@@ -16,6 +17,12 @@ namespace breakshot::strategy {
 namespace {
 
 constexpr double kLeastFriction = 0.01;
+/// Contacts that last are looked into in the last round alone: a rollout takes some twenty times as long with them.
+constexpr std::size_t kFirstCompliant = 16;
+/// Steps of their integration: e is right to 1 %, which is less than is known of it.
+constexpr int kContactSteps = 32;
+/// Discs are loaded at the same time where their gaps are below the contact time times this, m/s: what hits and what they strike move with.
+constexpr double kApproach = 0.6;
 
 }  // namespace
 
@@ -27,13 +34,20 @@ TableBelief prior_belief(const StrategySettings& settings) noexcept {
 }
 
 SampledWorlds::SampledWorlds(const TableModel& model, const Scene& scene, const DecisionContext& context, const StrategySettings& settings)
-    : model_{model},
-      scene_{scene},
-      context_{context},
-      settings_{settings},
-      // Gaps are drawn, so that contacts which perception cannot tell from touching open in some worlds and not in others: what meets first is
-      // then a matter of the draw, and pair by pair is right (docs/strategies.md).
-      law_{world::make_impact_law("sequential")} {}
+    : model_{model}, scene_{scene}, context_{context}, settings_{settings}, sequential_{world::make_impact_law("sequential")} {}
+
+std::shared_ptr<const world::ImpactLaw> SampledWorlds::draw_law(std::size_t world, SplitMix64& random,
+                                                                world::WorldSettings& physics) const {
+  const auto& robust = settings_.robust;
+  // Drawn in any case, so that the rest of the draw does not depend on it.
+  const double which = random.uniform();
+  const double contact_time = robust.contact_time_min * std::pow(robust.contact_time_max / robust.contact_time_min, random.uniform());
+  const auto worlds = static_cast<double>(robust.worlds);
+  const double share = robust.compliant_share * worlds / std::max(1.0, worlds - kFirstCompliant);
+  if (world < kFirstCompliant || which >= share) return sequential_;
+  physics.touch_gap = std::clamp(contact_time * kApproach, physics.touch_gap, 1e-3);
+  return std::make_shared<world::Compliant>(contact_time, kContactSteps);
+}
 
 SampledWorlds::Draw SampledWorlds::draw(std::size_t world) const {
   const auto& robust = settings_.robust;
@@ -44,18 +58,28 @@ SampledWorlds::Draw SampledWorlds::draw(std::size_t world) const {
   physics.touch_gap = world::WorldSettings{}.touch_gap;
   physics.allowed_overlap = kNoiseOverlap;
   const TableBelief belief = context_.belief.value_or(prior_belief(settings_));
-  const auto drawn = [&](const Belief& one) { return one.mean + width * one.sigma * random.uniform(-std::sqrt(3.0), std::sqrt(3.0)); };
-  physics.friction = std::max(kLeastFriction, drawn(belief.friction));
-  physics.restitution = std::clamp(drawn(belief.restitution), 0.0, 1.0);
+  const auto drawn = [&](double sigma) { return width * sigma * random.uniform(-std::sqrt(3.0), std::sqrt(3.0)); };
+  // By its logarithm: a mu that is hardly known at all is as likely half as much as twice.
+  physics.friction = std::max(kLeastFriction, belief.friction.mean * std::exp(drawn(belief.friction.sigma / belief.friction.mean)));
+  physics.restitution = std::clamp(belief.restitution.mean + drawn(belief.restitution.sigma), 0.0, 1.0);
   const double striker_e = width * random.uniform(-robust.restitution_spread, robust.restitution_spread);
   physics.striker_restitution = std::clamp(physics.striker_restitution + striker_e, 0.0, 1.0);
+  const auto of_striker = [&] { return 1.0 + width * random.uniform(-robust.striker_spread, robust.striker_spread); };
+  physics.striker_bounce_speed *= of_striker();
+  const double mass_factor = of_striker(), bandwidth_factor = of_striker();
+  const auto law = draw_law(world, random, physics);
 
-  Draw draw{model_.discs, world::VirtualWorld{physics, law_}, 1.0 + width * random.uniform(-robust.speed_spread, robust.speed_spread),
+  Draw draw{model_.discs,
+            world::VirtualWorld{physics, law},
+            mass_factor,
+            bandwidth_factor,
+            1.0 + width * random.uniform(-robust.speed_spread, robust.speed_spread),
             Eigen::Rotation2Dd{width * random.uniform(-robust.aim_spread, robust.aim_spread)}};
   for (std::size_t i = 0; i < draw.discs.size(); ++i) {
     const Matrix2 covariance = scene_.discs[i].covariance + robust.position_sigma * robust.position_sigma * Matrix2::Identity();
     const Vector2 noise{random.normal(), random.normal()};
     draw.discs[i].p_WD += width * Vector2{covariance.llt().matrixL() * noise};
+    draw.discs[i].radius += width * scene_.discs[i].radius_sigma * random.normal();
   }
   world::part_overlaps(draw.discs);
   return draw;
@@ -70,11 +94,9 @@ Aftermath SampledWorlds::run(const StrokeRequest& stroke, const StrokeForecast& 
   played.direction_W = draw.aim * stroke.direction_W;
   if (hit) played.speed *= draw.speed_factor;
   world::StrikerRun run = striker_run(played, settings_.cell);
-  if (hit && forecast.low_time > 0.0) {
-    // The deceleration that takes the striker as far as the arm says in the time that it says.
-    run.lift = forecast.low_time;
-    run.braking = std::max(0.01, 2.0 * (stroke.speed * run.lift - forecast.low_after) / (run.lift * run.lift));
-  }
+  run.mobility /= draw.mass_factor;
+  run.bandwidth *= draw.bandwidth_factor;
+  if (hit) follow_through(run, stroke, forecast);
 
   Aftermath aftermath;
   if (hit) {

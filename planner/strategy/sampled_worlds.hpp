@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/random.hpp"
 #include "planner/strategy/strategy.hpp"
 #include "planner/strategy/table_model.hpp"
 #include "planner/world/quasi_static_push.hpp"
@@ -22,8 +23,8 @@ struct Aftermath {
   std::span<const Vector2> p_WD;  ///< until the next run
 };
 
-/// Worlds that could all be the one on the table: positions as uncertain as perception says, friction and restitution as
-/// uncertain as what has been learnt of them (or else RobustRules) says, speed and aim as RobustRules say. World 0 is the one that is believed most. The same worlds serve all strokes, so that strokes are compared on equal
+/// Worlds that could all be the one on the table: positions and radii as uncertain as perception says, friction and restitution as uncertain as what has
+/// been learnt of them (or else RobustRules) says; speed, aim, striker and impact law as RobustRules say. World 0 is the one that is believed most. The same worlds serve all strokes, so that strokes are compared on equal
 /// terms. Worlds are drawn as they are asked for; the seed says which.
 class SampledWorlds {
  public:
@@ -36,17 +37,18 @@ class SampledWorlds {
   struct Draw {
     std::vector<world::Disc> discs;
     world::VirtualWorld world;
-    double speed_factor;
+    double mass_factor, bandwidth_factor, speed_factor;
     Eigen::Rotation2Dd aim;
   };
   Draw draw(std::size_t world) const;
+  std::shared_ptr<const world::ImpactLaw> draw_law(std::size_t world, SplitMix64& random, world::WorldSettings& physics) const;
   void judge(const Draw& draw, Aftermath& aftermath) const;
 
   const TableModel& model_;
   const Scene& scene_;
   const DecisionContext& context_;
   const StrategySettings& settings_;
-  std::shared_ptr<const world::ImpactLaw> law_;
+  std::shared_ptr<const world::ImpactLaw> sequential_;
   std::vector<Draw> draws_;
   world::QuasiStaticPush push_;
 };

@@ -9,12 +9,14 @@ namespace breakshot::strategy {
 
 /// What the planner believes of the cell before it has seen anything: prior knowledge, not the simulator's truth.
 struct CellKnowledge {
-  world::WorldSettings world{.touch_gap = 5e-4};  ///< a gap below what the camera resolves counts as touching, as in the paper
+  world::WorldSettings world{.striker_bounce_speed = 0.2,
+                             .touch_gap = 5e-4};  ///< a gap below what the camera resolves counts as touching, as in the paper
   std::string impact_law = "paper_corrected";
   double disc_mass = 0.1;         ///< of a disc of disc_radius; others weigh by their area, kg
   double disc_radius = 0.030;     ///< m
   double striker_radius = 0.010;  ///< m
-  double striker_mass = 1.2;      ///< effective mass of the arm at the tip, kg; errata.md row (19), (20)
+  double striker_mass = 1.15;     ///< effective mass of the arm at the tip, kg; errata.md row (19), (20)
+  double drive_bandwidth = 150;   ///< of the drives, which bring the striker back to its way after an impact, rad/s
   /// What the striker does after a hit, in the way that motion::StrokePlanner does it: it hardly brakes but rises at once. Measured over 300
   /// hits of 0.3 to 1.1 m/s all over the workspace: above the discs 0.12 s after the contact, having gone on at 0.95 to 1.0 of the speed.
   double hit_braking = 0.5;  ///< m/s^2
@@ -54,7 +56,12 @@ struct RobustRules {
   double speed_spread = 0.03;        ///< of a hit, relative
   double aim_spread = 0.0087;        ///< of a direction, rad: 0.5 degrees
   /// Least standard deviation of a disc's position along each axis, m: what perception's covariance does not tell.
-  double position_sigma = 2e-4;
+  double position_sigma = 5e-5;
+  double striker_spread = 0.2;  ///< of the striker's mass, its drives' bandwidth and the speed below which nothing bounces off it, relative
+  /// Share of the worlds in which contacts last, so that discs which nearly touch are loaded at the same time: law `compliant`; in the others impacts are
+  /// instants, one after the other: `sequential`. Nobody knows which of them a table obeys, and the two part ways where gaps are below speed x contact time.
+  double compliant_share = 0.25;
+  double contact_time_min = 1e-4, contact_time_max = 4e-4;  ///< of a contact that lasts, s: real discs (singulation.md)
   double gap_margin = 5e-4;  ///< a gap has to be so much above G, m: perception will measure it with an error
   int worlds = 96;           ///< in which the strokes of the last round are tried
   int rollouts =
@@ -62,7 +69,10 @@ struct RobustRules {
   double hit_time = 1.7;     ///< from decision to decision, of a hit, s; the arm's own forecast replaces the arm's part where there is one
   double push_time = 1.6;    ///< the same of a push, without the time on its line
   double settle_time = 0.7;  ///< look, think and settle, the part that the arm's forecast does not hold, s
-  double pair_time = 1.1;    ///< expected for each further pair that is left below G, s: a stroke often parts several
+  // What is still to come after a stroke that leaves pairs below G, fitted over decisions of `bench singulation` (docs/strategies.md): most of it does not
+  // depend on how many there are, because the next stroke parts several.
+  double rest_time = 1.7;    ///< s
+  double pair_time = 0.1;    ///< more for each of them, s
   double lost_price = 60.0;  ///< a disc outside the region, s
   double edge_price = 0.5;   ///< a disc at the border, s; falls to nothing at edge_width from it
   double edge_width = 0.04;  ///< m

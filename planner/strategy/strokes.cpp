@@ -38,8 +38,16 @@ world::StrikerRun striker_run(const StrokeRequest& stroke, const CellKnowledge& 
   run.braking = cell.hit_braking;
   run.lift = cell.hit_lift;
   run.radius = cell.striker_radius;
-  run.mass = cell.striker_mass;
+  run.mobility = Matrix2::Identity() / cell.striker_mass;
+  run.bandwidth = cell.drive_bandwidth;
   return run;
+}
+
+void follow_through(world::StrikerRun& run, const StrokeRequest& hit, const StrokeForecast& forecast) {
+  if (!(forecast.low_time > 0.0)) return;
+  // The deceleration that takes the striker as far as the arm says in the time that it says.
+  run.lift = forecast.low_time;
+  run.braking = std::max(0.01, 2.0 * (hit.speed * run.lift - forecast.low_after) / (run.lift * run.lift));
 }
 
 }  // namespace breakshot::strategy

@@ -2,6 +2,7 @@
 
 #include "common/stroke.hpp"
 #include "planner/strategy/settings.hpp"
+#include "planner/strategy/strategy.hpp"
 
 namespace breakshot::strategy {
 
@@ -16,5 +17,8 @@ Vector2 low_from(const StrokeRequest& hit, const CellKnowledge& cell);
 
 /// The striker as the virtual world moves it in a stroke, by what the cell is known to do.
 world::StrikerRun striker_run(const StrokeRequest& stroke, const CellKnowledge& cell);
+
+/// What the arm says that it does after the contact of a hit, in the place of what is known of all hits; zeros: it says nothing.
+void follow_through(world::StrikerRun& run, const StrokeRequest& hit, const StrokeForecast& forecast);
 
 }  // namespace breakshot::strategy

@@ -27,8 +27,11 @@ struct StrikerRun {
   double braking = 20.0;        ///< deceleration after the cruise, m/s^2, > 0
   double lift = 1e300;          ///< time from the end of the cruise until the striker is above the discs, s, > 0; it rises while it brakes
   double radius = 0.010;        ///< m, > 0
-  /// Effective mass at the tip along `direction`, kg (the M of errata.md, row (19), (20)); infinity: the drives do not give at all.
-  double mass = 1e300;
+  /// How the arm behind it gives way: the change of its velocity per impulse that it takes, symmetric, 1/kg. Along a unit vector n it has the effective mass
+  /// 1 / (n . mobility n) (the M of errata.md, row (19), (20)). Zero: it does not give at all.
+  Matrix2 mobility{Matrix2::Zero()};
+  /// Of the drives that bring it back to its run after an impact, rad/s; 0: they do so at once.
+  double bandwidth = 0.0;
 };
 
 }  // namespace breakshot::world

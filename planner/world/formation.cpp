@@ -46,7 +46,10 @@ std::optional<std::string> check_striker(std::span<const Disc> discs, const Stri
     return text_of("striker: cruise %g m; allowed: 0 or above", striker.cruise);
   if (!(striker.braking > 0.0)) return text_of("striker: braking %g m/s^2; allowed: above 0", striker.braking);
   if (!(striker.lift > 0.0)) return text_of("striker: lift %g s; allowed: above 0", striker.lift);
-  if (!(striker.radius > 0.0 && striker.mass > 0.0)) return "striker: radius and mass must be above 0";
+  if (!(striker.radius > 0.0)) return text_of("striker: radius %g m; allowed: above 0", striker.radius);
+  const Matrix2& mobility = striker.mobility;
+  if (!(mobility.trace() >= 0.0 && mobility.determinant() >= 0.0 && mobility.allFinite())) return "striker: mobility must not be negative";
+  if (!(striker.bandwidth >= 0.0)) return text_of("striker: bandwidth %g rad/s; allowed: 0 or above", striker.bandwidth);
   for (std::size_t i = 0; i < discs.size(); ++i) {
     const double overlap = discs[i].radius + striker.radius - (discs[i].p_WD - striker.p_WS).norm();
     if (overlap > allowed_overlap) return text_of("striker starts inside disc %zu by %.3f mm", i, 1e3 * overlap);

@@ -5,6 +5,7 @@
 #include "planner/world/impact_law.hpp"
 #include "planner/world/meetings.hpp"
 #include "planner/world/sliding_bodies.hpp"
+#include "planner/world/striker_motion.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -18,6 +19,8 @@ struct WorldSettings {
   double friction = 0.25;            ///< mu between disc and table, > 0
   double restitution = 0.8;          ///< e between two discs, 0 ... 1
   double striker_restitution = 0.8;  ///< e between striker and disc, 0 ... 1
+  /// A disc that the striker meets more slowly than this stays at it, m/s: e falls to nothing at low speed in every real material. 0: all bounce alike.
+  double striker_bounce_speed = 0.0;
   /// Contacts with a gap up to this take part in an impact as if they touched, m. 1e-5 is a hundredth of what the camera resolves; the
   /// paper's analysis, which takes what looks like touching for touching, wants more (docs/strategies.md).
   double touch_gap = 1e-5;
@@ -76,11 +79,16 @@ class VirtualWorld {
  private:
   void load(std::span<const Disc> discs, const StrikerRun* striker);
   Rollout rest(Rollout rollout, double time);
-  void advance_striker(double time) noexcept;
+  /// Sets the striker on the leg that begins now.
+  void drive_striker(double time) noexcept;
+  /// Inverse of the mass that a body sets against an impulse along n, 1/kg.
+  double inverse_mass_along(std::size_t body, const Vector2& n) const noexcept;
   void strike(std::size_t body, const Vector2& v) noexcept;
+  /// The same for the striker, which takes the impulse, N s.
+  void throw_back(const Vector2& impulse, double time) noexcept;
   bool resolve_impact(std::size_t i, std::size_t j, double time, Rollout& rollout);
-  bool resolve_pair(std::size_t i, std::size_t j, Rollout& rollout) noexcept;
-  bool resolve_group(std::size_t i, std::size_t j, Rollout& rollout);
+  bool resolve_pair(std::size_t i, std::size_t j, double time, Rollout& rollout) noexcept;
+  bool resolve_group(std::size_t i, std::size_t j, double time, Rollout& rollout);
   void gather_contacts(std::size_t i, std::size_t j);
   /// Of a contact in an impact whose fastest contact has this approach speed.
   double restitution_of(std::size_t i, std::size_t j, double approach) const noexcept;
@@ -90,9 +98,9 @@ class VirtualWorld {
 
   SlidingBodies bodies_;  // the discs, then the striker while it is down
   std::size_t discs_ = 0;
-  bool striker_brakes_ = false;
-  StrikerRun striker_;
-  double striker_turn_ = kNever;  // when it begins to brake, or has risen above the discs
+  StrikerMotion striker_;
+  Matrix2 striker_mobility_{Matrix2::Zero()};
+  double striker_turn_ = kNever;  // when its motion changes by itself
 
   Meetings meetings_;
   BoundKernels kernels_ = bound_kernels();

@@ -111,6 +111,27 @@ Learnt learnt_after(const Group& group, std::size_t strokes) {
           static_cast<double>(within) / static_cast<double>(friction.size())};
 }
 
+TimeLeft time_left(const Group& group) {
+  std::vector<double> pairs, left;
+  for (const auto* record : group) {
+    if (!record->success) continue;
+    for (const auto& decision : record->result.decisions) {
+      if (decision.pairs == 0) continue;
+      pairs.push_back(static_cast<double>(decision.pairs));
+      left.push_back(to_seconds(decision.left));
+    }
+  }
+  if (pairs.empty()) return {};
+  const double mean_pairs = mean(pairs), mean_left = mean(left);
+  double covariance = 0.0, variance = 0.0;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    covariance += (pairs[k] - mean_pairs) * (left[k] - mean_left);
+    variance += (pairs[k] - mean_pairs) * (pairs[k] - mean_pairs);
+  }
+  const double slope = variance > 0.0 ? covariance / variance : 0.0;
+  return {pairs.size(), mean_left - slope * mean_pairs, slope};
+}
+
 void print_head() {
   fmt::print("{:<10}{:<15}{:>4}{:>11}{:>11}{:>11}{:>9}{:>9}{:>8}{:>8}{:>8}\n", "formation", "strategy", "n", "success", "Wilson >=", "lost",
              "mean s", "median s", "strokes", "hits", "pushes");

@@ -43,6 +43,14 @@ struct Learnt {
 /// @param strokes  counts from 1; episodes with fewer are left out
 Learnt learnt_after(const Group& group, std::size_t strokes);
 
+/// What was left to do at decisions, as a line through their times to the end by the pairs below G: what RobustRules::rest_time and pair_time are to be.
+struct TimeLeft {
+  std::size_t decisions = 0;
+  double rest_time = 0.0, pair_time = 0.0;  ///< s; s for each pair
+};
+/// @param group  failures and decisions with nothing below G are left out
+TimeLeft time_left(const Group& group);
+
 /// The table's head and rows, for people.
 void print_head();
 void print_row(const std::string& formation, const std::string& strategy, const Group& group);

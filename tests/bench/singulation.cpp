@@ -205,8 +205,15 @@ int run(const SingulationArguments& arguments) {
     for (const auto& [name, value] : of_strategy.items()) metrics[strategy + "." + name] = value;
   }
   report_comparisons(arguments.strategies, all, metrics);
-  for (const auto& strategy : arguments.strategies) report_foresight(strategy, all[strategy], metrics);
-  for (const auto& strategy : arguments.strategies) report_ahead(strategy, metrics);
+  for (const auto& strategy : arguments.strategies) {
+    report_foresight(strategy, all[strategy], metrics);
+    report_ahead(strategy, metrics);
+    const TimeLeft left = time_left(all[strategy]);
+    metrics[strategy + ".rest_time_s"] = left.rest_time;
+    metrics[strategy + ".pair_time_s"] = left.pair_time;
+    fmt::print("{}: at a decision {:.2f} s are left and {:.3f} s for each pair below G (least squares, {} decisions)\n", strategy,
+               left.rest_time, left.pair_time, left.decisions);
+  }
   for (const auto& strategy : settings.learn ? arguments.strategies : std::vector<std::string>{})
     report_learning(strategy, all[strategy], metrics);
   fmt::print(

@@ -63,7 +63,7 @@ inline ClusterTrials run_cluster_trials(const std::string& law, long count, std:
     striker.speed = uniform(0.2, 2.0);
     striker.cruise = 0.02;
     striker.p_WS = first.p_WD - (first.radius + striker.radius + striker.cruise) * direction;
-    striker.mass = 1.2;
+    striker.mobility = Matrix2::Identity() / 1.2;
     const bool struck = i % 2 == 0;
     if (!struck) first.v_WD_W = striker.speed * direction;
 

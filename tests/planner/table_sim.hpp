@@ -59,7 +59,7 @@ class TableSim {
     run.cruise = hit ? stroke.run_in : stroke.length;
     run.braking = truth_.hit_braking;
     run.lift = truth_.hit_lift;
-    run.mass = truth_.striker_mass;
+    run.mobility = Matrix2::Identity() / truth_.striker_mass;
     const auto rollout = world_.run(discs_, &run);
     if (!rollout || rollout->status != world::Rollout::Status::kAtRest) return false;
     for (std::size_t i = 0; i < discs_.size(); ++i) discs_[i].p_WD = rollout->p_WD[i];

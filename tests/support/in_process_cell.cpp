@@ -30,6 +30,14 @@ double thread_cpu_s() {
 
 bool every(Time now, Duration period) { return (now - kStart) % period == Duration::zero(); }
 
+std::size_t pairs_below(const Scene& scene, double min_gap) {
+  std::size_t pairs = 0;
+  for (std::size_t i = 0; i < scene.discs.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) pairs += gap_between(scene.discs[i], scene.discs[j]).mean < min_gap ? 1 : 0;
+  }
+  return pairs;
+}
+
 /// The stroke that the arm makes when it is asked for this one. Follows from seed and id, so a request that is sent again stays the same.
 StrokeRequest as_made(StrokeRequest stroke, const EpisodeWorld& world) {
   if (stroke.kind == StrokeKind::kPark) return stroke;
@@ -151,6 +159,7 @@ EpisodeResult InProcessCell::run(const Formation& formation, const TaskRequest& 
   result.task = episode.runner.status();
   result.duration = episode.world.now() - began;
   result.ahead = episode.runner.ahead_counts();
+  for (DecisionPoint& decision : result.decisions) decision.left = episode.world.now() - decision.at;
   const SimTruth truth = episode.world.truth();
   result.truth = truth.discs;
   result.strikes = truth.strikes;
@@ -238,6 +247,7 @@ void InProcessCell::think(Episode& episode, const task::RunStrategy& question) {
   if (settings_.ask_arm) context.filter = &arm_filter_;
   if (settings_.learn) context.belief = episode.estimate.belief(question.scene);
   const bool revise = !question.earlier.empty();
+  if (!revise) episode.result.decisions.push_back({pairs_below(question.scene, question.context.min_gap), now, {}});
   const auto began = std::chrono::steady_clock::now();
   const double cpu_began = thread_cpu_s();
   auto decision =

@@ -77,6 +77,13 @@ struct EpisodeWorld {
   std::uint64_t seed = 0;            ///< of these errors, of random strategies and of the camera's noise
 };
 
+/// A look at the table that was decided on.
+struct DecisionPoint {
+  std::size_t pairs = 0;  ///< below the order's gap
+  Time at{};
+  Duration left{};  ///< from then to the end of the order
+};
+
 /// What an order came to.
 struct EpisodeResult {
   TaskStatus task;                             ///< as the planner sees it
@@ -89,6 +96,7 @@ struct EpisodeResult {
   std::vector<double> revision_cpu_s;          ///< the same of corrections
   task::AheadCounts ahead;                     ///< what became of decisions begun before the scene had settled
   std::vector<strategy::TableBelief> beliefs;  ///< after each stroke, about the whole table
+  std::vector<DecisionPoint> decisions;        ///< those that were not mere corrections
   std::vector<Plan> plans;                     ///< every stroke that was asked for, in order
   std::vector<std::vector<SimDisc>> tables;    ///< where the discs truly were when each was
   std::vector<Outcome> outcomes;               ///< of those that ran: Outcome::plan_seq names the plan

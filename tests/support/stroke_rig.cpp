@@ -144,7 +144,10 @@ AchievedStroke StrokeRig::run(const StrokeRequest& request, const Trajectory& tr
   if (!ended) throw std::logic_error{"stroke rig: a stroke does not end"};
 
   achieved.peak_torque_share = run.world().peak_torque_share();
-  achieved.strikes = run.world().truth().strikes;
+  for (std::size_t tick = 0; !run.world().discs_at_rest() && tick < kMostTicksAfter; ++tick) run.tick();
+  const SimTruth truth = run.world().truth();
+  achieved.strikes = truth.strikes;
+  achieved.discs = truth.discs;
   if (const auto& strike = run.world().first_strike()) {
     achieved.touch = {.position_error = (strike->p_WS - request.p_WS).norm(),
                       .direction_error = direction_error(strike->v_WS_W, request.direction_W),

@@ -36,7 +36,8 @@ struct AchievedStroke {
     double speed = 0.0;                                                     ///< of the rod along direction_W, m/s
   };
   std::optional<Touch> touch;
-  std::uint32_t strikes = 0;  ///< times that the rod came to a disc
+  std::uint32_t strikes = 0;   ///< times that the rod came to a disc
+  std::vector<SimDisc> discs;  ///< where they are in the end
 
   /// LoopEvent::kContact in terms of the tip: speed along direction_W, m/s. What StrokeStatus::contact_speed says.
   std::optional<double> measured_speed;

@@ -51,9 +51,8 @@ double damping_ratio(double e) noexcept {
 }
 
 void Compliant::resolve(const ImpactProblem& problem, ImpactScratch& scratch) const {
-  constexpr int kStepsPerContact = 400;
-  constexpr int kMostSteps = 100 * kStepsPerContact;
-  const double dt = contact_time_ / kStepsPerContact;
+  constexpr int kMostContacts = 100;  // one after the other
+  const double dt = contact_time_ / steps_;
   const double omega = std::numbers::pi / contact_time_;
   const double quiet = quiet_speed(problem);
   const double before = kinetic_energy(problem.inverse_mass, problem.v);
@@ -72,7 +71,7 @@ void Compliant::resolve(const ImpactProblem& problem, ImpactScratch& scratch) co
     damping.push_back(2.0 * known_ratio * omega);
   }
 
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMostContacts * steps_; ++step) {
     bool over = true;
     // Forces of all contacts from the same velocities: the order of the contacts does not matter.
     scratch.impulse.assign(problem.contacts.size(), 0.0);

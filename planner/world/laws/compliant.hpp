@@ -19,7 +19,8 @@ namespace breakshot::world {
 class Compliant final : public ImpactLaw {
  public:
   /// @param contact_time  of two bodies alone without damping, s, > 0; singulation.md takes 0.3 to 0.4 ms for discs of 30 mm
-  explicit Compliant(double contact_time = 3e-4) : contact_time_{contact_time} {}
+  /// @param steps  of the integration per contact time, > 0; e is right to about 1 / (3 steps)
+  explicit Compliant(double contact_time = 3e-4, int steps = 400) : contact_time_{contact_time}, steps_{steps} {}
   std::string_view name() const noexcept override { return "compliant"; }
   bool keeps_energy_bound() const noexcept override { return true; }
   bool heeds_gaps() const noexcept override { return true; }
@@ -27,6 +28,7 @@ class Compliant final : public ImpactLaw {
 
  private:
   double contact_time_;
+  int steps_;
 };
 
 /// Damping of a linear contact, as a part of the critical one, for which two bodies that meet part at e times their speed, the contact ending when its

@@ -1,12 +1,16 @@
 #include "planner/strategy/strategy.hpp"
 
+#include "planner/strategy/sampled_worlds.hpp"
 #include "planner/strategy/stroke_room.hpp"
+#include "planner/strategy/strokes.hpp"
 #include "planner/strategy/table_model.hpp"
 #include "tests/planner/table_sim.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 #include <stdexcept>
 
@@ -269,6 +273,56 @@ TEST(Robust, KeepsDiscsAwayFromABorderThatIsNear) {
   const Decision decision = make_strategy("robust", {})->decide(scene_of(discs), ctx);
   ASSERT_FALSE(decision.options.empty());
   EXPECT_LE(decision.options[0].p_lost, 0.02);
+}
+
+/// What a hit of the disc that is nearest to the arm, away from it, leaves in each of so many worlds: `measure` of where the discs rest.
+template <typename Measure>
+std::vector<double> in_worlds(const std::vector<world::Disc>& discs, const StrategySettings& settings, std::optional<TableBelief> belief,
+                              Measure measure) {
+  const Scene scene = scene_of(discs);
+  auto ctx = context();
+  ctx.belief = belief;
+  std::string why;
+  const auto model = model_of(scene, ctx.min_gap, settings, why);
+  SampledWorlds worlds{*model, scene, ctx, settings};
+  const auto& struck = *std::min_element(discs.begin(), discs.end(), [](const auto& a, const auto& b) { return a.p_WD.x() < b.p_WD.x(); });
+  const Vector2 direction{1.0, 0.0};
+  const StrokeRequest hit = hit_stroke(central_contact(struck, direction, settings.cell.striker_radius), direction, 0.7, settings.rules);
+  std::vector<double> found;
+  for (std::size_t world = 0; world < 96; ++world) {
+    const Aftermath aftermath = worlds.run(hit, {}, world);
+    EXPECT_TRUE(aftermath.valid) << world;
+    found.push_back(measure(aftermath));
+  }
+  return found;
+}
+
+TEST(SampledWorlds, LeaveOpenWhetherContactsLast) {
+  const auto gap = [](const Aftermath& aftermath) { return aftermath.smallest_gap; };
+  StrategySettings settings;
+  settings.robust.compliant_share = 0.0;
+  const auto instants = in_worlds(test::formation("E"), settings, std::nullopt, gap);
+  settings.robust.compliant_share = 0.25;
+  const auto mixed = in_worlds(test::formation("E"), settings, std::nullopt, gap);
+  int others = 0;
+  for (std::size_t world = 0; world < instants.size(); ++world) {
+    if (world < 16) {
+      EXPECT_EQ(instants[world], mixed[world]) << world;
+    }
+    others += instants[world] != mixed[world] ? 1 : 0;
+  }
+  EXPECT_NEAR(others, 24, 10);  // a quarter of all, within two and a half standard deviations
+}
+
+TEST(SampledWorlds, AreAsWideAsWhatIsBelievedOfFriction) {
+  const std::vector<world::Disc> discs{test::disc_at(0.0, 0.0), test::disc_at(0.001, 0.07)};
+  const auto spread = [&](double sigma) {
+    const auto ways = in_worlds(discs, {}, TableBelief{{0.25, sigma}, {0.8, 0.01}},
+                                [&](const Aftermath& aftermath) { return (aftermath.p_WD[0] - discs[0].p_WD).norm(); });
+    return *std::max_element(ways.begin(), ways.end()) / *std::min_element(ways.begin(), ways.end());
+  };
+  EXPECT_LT(spread(0.001), 1.5);  // speed and striker alone
+  EXPECT_GT(spread(0.08), 2.0);   // mu from 0.14 to 0.43
 }
 
 TEST(TableModel, JoinsContactsToClustersAndListsEveryPairBelowG) {

@@ -263,7 +263,7 @@ TEST(VirtualWorld, TheStrikerGivesADiscTheSpeedOfTwoBodies) {
   for (const double mass : {1e300, 4.0, 1.0}) {
     const Disc disc = test::disc_at(0.0, 0.0);
     StrikerRun run = strike(disc, {1.0, 0.0}, 0.5);
-    run.mass = mass;
+    run.mobility = Matrix2::Identity() / mass;
     auto world = world_of();
     const auto rollout = world.run(std::vector{disc}, &run);
     ASSERT_TRUE(rollout);
