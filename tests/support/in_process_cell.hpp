@@ -56,11 +56,12 @@ struct InProcessSettings {
   Duration think_charge = std::chrono::milliseconds{20};
   /// The same for `robust`, which thinks longer: about its slowest decisions about six discs.
   Duration robust_think_charge = std::chrono::milliseconds{200};
-  /// The same for a decision that `robust` corrects for the scene that settled.
+  /// The same for a decision that `robust` corrects for the scene that settled: a correction's p99 is a tenth to a fifth of a decision's
+  /// (docs/results.md), and the stroke is planned after it, too.
   Duration robust_revise_charge = std::chrono::milliseconds{50};
   /// Of a stroke that is sent without a decision just before it (it was decided ahead of the scene, or another one was refused): planning it.
   Duration stroke_charge = std::chrono::milliseconds{20};
-  /// Until a decision that nobody waits for any more has ended and the next one can begin.
+  /// Until a decision that nobody waits for any more has ended and the next one can begin: the question to the arm that it is at, at most.
   Duration give_up_charge = std::chrono::milliseconds{20};
 };
 
