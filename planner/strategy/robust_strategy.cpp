@@ -18,7 +18,7 @@ constexpr std::size_t kFinalists = 16;
 /// The arm is asked about the best of them until it has accepted so many.
 constexpr std::size_t kAccepted = 4;
 /// Rollouts of so many discs count as one each of the budget, those of more as more: what they cost grows with the discs.
-constexpr double kCrowd = 10.0;
+constexpr double kCrowd = 8.0;
 
 std::string text_of(const char* format, double a, double b = 0.0, double c = 0.0) {
   char text[160];

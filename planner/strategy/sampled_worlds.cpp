@@ -19,6 +19,8 @@ namespace {
 constexpr double kLeastFriction = 0.01;
 /// Contacts that last are looked into in the last round alone: a rollout takes some twenty times as long with them.
 constexpr std::size_t kFirstCompliant = 16;
+/// And about so many discs at most: their groups grow, and of more no one hit is the last, so that their order matters less.
+constexpr std::size_t kMostCompliant = 10;
 /// Steps of their integration: e is right to 1 %, which is less than is known of it.
 constexpr int kContactSteps = 32;
 /// Discs are loaded at the same time where their gaps are below the contact time times this, m/s: what hits and what they strike move with.
@@ -44,7 +46,7 @@ std::shared_ptr<const world::ImpactLaw> SampledWorlds::draw_law(std::size_t worl
   const double contact_time = robust.contact_time_min * std::pow(robust.contact_time_max / robust.contact_time_min, random.uniform());
   const auto worlds = static_cast<double>(robust.worlds);
   const double share = robust.compliant_share * worlds / std::max(1.0, worlds - kFirstCompliant);
-  if (world < kFirstCompliant || which >= share) return sequential_;
+  if (world < kFirstCompliant || which >= share || model_.discs.size() > kMostCompliant) return sequential_;
   physics.touch_gap = std::clamp(contact_time * kApproach, physics.touch_gap, 1e-3);
   return std::make_shared<world::Compliant>(contact_time, kContactSteps);
 }

@@ -11,7 +11,7 @@ namespace breakshot::world {
 namespace {
 
 /// Ends of the pieces of the way back, in units of 1 / bandwidth. Shortest at first: that is when the disc is met again.
-constexpr double kPieceEnds[] = {0.15, 0.5, 1.5, 4.0};
+constexpr double kPieceEnds[] = {0.1, 0.25, 0.5, 1.0, 2.0, 4.0};
 constexpr std::size_t kPieces = std::size(kPieceEnds);
 
 }  // namespace

@@ -35,9 +35,9 @@ constexpr double kLeftApproaching = 0.1 * kQuietApproach;
 constexpr double kRubbing = 2.0 * kQuietApproach;
 constexpr double kRubbingRestitution = 0.9;
 
-/// A disc that stays at the striker leaves it at this speed, or the one at which they met if that is less, m/s: by two tenths of a millimetre, and some five times
+/// A disc that stays at the striker leaves it at this speed, or the one at which they met if that is less, m/s: by a tenth of a millimetre, and some ten times
 /// in the time of a follow-through, where a contact without any bounce would have hundreds of impacts.
-constexpr double kStaysAtStriker = 0.03;
+constexpr double kStaysAtStriker = 0.02;
 
 void require(bool ok, const char* what) {
   if (!ok) throw std::invalid_argument{what};

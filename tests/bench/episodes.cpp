@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <map>
 #include <mutex>
 #include <numbers>
 #include <thread>
+#include <tuple>
 
 namespace breakshot::bench {
 
@@ -39,6 +41,11 @@ EpisodeDraw draw_episode(const support::InProcessSettings& settings, const Episo
   world.stroke_speed_spread = spread.stroke_speed;
   world.aim_spread = spread.aim;
   world.seed = random.next() >> 32U;
+  if (const int later = spec.index % spread.orders; later > 0) {
+    EpisodeSpec first = spec;
+    first.index -= later;
+    world.physics = draw_episode(settings, first, spread).world.physics;
+  }
   return draw;
 }
 
@@ -46,7 +53,8 @@ bool succeeded(const TaskStatus& task, int truly_lost, double true_gap, double a
   return task.phase == TaskPhase::kSingulated && truly_lost == 0 && true_gap >= asked_gap - kGapTolerance;
 }
 
-EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec, const WorldSpread& spread, const OrderLimits& limits) {
+EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec, const WorldSpread& spread, const OrderLimits& limits,
+                          estimate::TableEstimate* learnt) {
   const auto& settings = cell.settings();
   const EpisodeDraw draw = draw_episode(settings, spec, spread);
   TaskRequest request = cell.default_request();
@@ -55,7 +63,7 @@ EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec,
 
   EpisodeRecord record;
   record.spec = spec;
-  record.result = cell.run(draw.formation, request, spec.strategy, draw.world);
+  record.result = cell.run(draw.formation, request, spec.strategy, draw.world, learnt);
   record.success = succeeded(record.result.task, record.result.truly_lost, record.result.true_gap, request.min_gap);
   record.friction = draw.world.physics.friction;
   record.restitution = draw.world.physics.restitution;
@@ -64,10 +72,28 @@ EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec,
   return record;
 }
 
+namespace {
+
+/// The specs that are to be run one after the other, because one planner goes on learning: indices into `specs`.
+std::vector<std::vector<std::size_t>> chains_of(const std::vector<EpisodeSpec>& specs, int orders) {
+  std::map<std::tuple<std::string, std::string, std::uint64_t, int>, std::size_t> places;
+  std::vector<std::vector<std::size_t>> chains;
+  for (std::size_t i = 0; i < specs.size(); ++i) {
+    const EpisodeSpec& spec = specs[i];
+    const auto place = places.try_emplace({spec.formation, spec.strategy, spec.seed, spec.index / orders}, chains.size()).first->second;
+    if (place == chains.size()) chains.emplace_back();
+    chains[place].push_back(i);
+  }
+  return chains;
+}
+
+}  // namespace
+
 std::vector<EpisodeRecord> run_episodes(const support::InProcessSettings& settings, const std::vector<EpisodeSpec>& specs,
                                         const WorldSpread& spread, const OrderLimits& limits, int jobs,
                                         const std::function<void(std::size_t done, const EpisodeRecord&)>& progress) {
   std::vector<EpisodeRecord> records(specs.size());
+  const auto chains = chains_of(specs, spread.orders);
   std::atomic<std::size_t> next{0};
   std::mutex mutex;
   std::size_t done = 0;
@@ -75,15 +101,18 @@ std::vector<EpisodeRecord> run_episodes(const support::InProcessSettings& settin
   const auto work = [&] {
     try {
       support::InProcessCell cell{settings};
-      for (std::size_t i = next++; i < specs.size(); i = next++) {
-        records[i] = run_episode(cell, specs[i], spread, limits);
-        const std::lock_guard lock{mutex};
-        progress(++done, records[i]);
+      for (std::size_t chain = next++; chain < chains.size(); chain = next++) {
+        estimate::TableEstimate learnt{settings.estimate, settings.strategy};
+        for (const std::size_t i : chains[chain]) {
+          records[i] = run_episode(cell, specs[i], spread, limits, &learnt);
+          const std::lock_guard lock{mutex};
+          progress(++done, records[i]);
+        }
       }
     } catch (...) {
       const std::lock_guard lock{mutex};
       failure = std::current_exception();
-      next = specs.size();
+      next = chains.size();
     }
   };
   {

@@ -41,7 +41,10 @@ struct WorldSpread {
   double stroke_speed = 0.0;   ///< half width of each stroke's, relative
   double aim = 0.0;            ///< half width of each stroke's, rad
   Duration latency{};          ///< half width of the camera's
-  RandomCluster random{};      ///< what a "random" formation is made of; its seed is drawn
+  /// So many orders in a row, by index, find tables of the same friction and restitution: the planner goes on with what the orders before taught it,
+  /// as its process does. 1: each order is its planner's first.
+  int orders = 1;
+  RandomCluster random{};  ///< what a "random" formation is made of; its seed is drawn
 };
 
 /// The whole of singulation.md's protocol.
@@ -65,7 +68,8 @@ struct OrderLimits {
 };
 
 /// Runs one episode; everything in it follows from the spec. @throws what the cell throws
-EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec, const WorldSpread& spread, const OrderLimits& limits = {});
+EpisodeRecord run_episode(support::InProcessCell& cell, const EpisodeSpec& spec, const WorldSpread& spread, const OrderLimits& limits = {},
+                          estimate::TableEstimate* learnt = nullptr);
 
 /// Runs all of them on `jobs` threads, each with a cell of its own. Results come in the order of the specs, whatever the number of jobs.
 /// @param progress  called after each episode, from one thread at a time

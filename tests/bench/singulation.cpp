@@ -44,6 +44,8 @@ const std::vector<WorldKey>& world_keys() {
        [](S& s, W&, double v) {
          if (s.sim.physics.contact_time > 0.0) s.sim.physics.contact_time = 1e-3 * v;
        }},
+      {"orders", "in a row that find tables of the same friction and restitution, with one planner that goes on learning", 1.0, 1000.0,
+       [](S&, W& w, double v) { w.orders = static_cast<int>(v); }},
       {"gap_mm", "contacts are opened by up to this", 0.0, 20.0, [](S&, W& w, double v) { w.gap_jitter = 1e-3 * v; }},
       {"speed_spread", "half width of a stroke's speed, relative", 0.0, 0.5, [](S&, W& w, double v) { w.stroke_speed = v; }},
       {"aim_deg", "half width of a stroke's direction", 0.0, 20.0, [](S&, W& w, double v) { w.aim = v * std::numbers::pi / 180.0; }},

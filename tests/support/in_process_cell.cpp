@@ -52,7 +52,8 @@ StrokeRequest as_made(StrokeRequest stroke, const EpisodeWorld& world) {
 /// All that begins anew with each episode.
 struct InProcessCell::Episode {
   Episode(const InProcessSettings& settings, motion::StrokePlanner& stroke_planner, const sim_bridge::SimSettings& sim,
-          const task::TaskSettings& task, const std::string& strategy_name, const EpisodeWorld& truth_of_episode)
+          const task::TaskSettings& task, const std::string& strategy_name, const EpisodeWorld& truth_of_episode,
+          estimate::TableEstimate* learnt)
       : truth{truth_of_episode},
         world{settings.arm, sim},
         loop{settings.loop, *channels},
@@ -61,7 +62,8 @@ struct InProcessCell::Episode {
         noise_model{settings.perception, settings.perception_errors},
         strategy{strategy::make_strategy(strategy_name, settings.strategy)},
         runner{task, strategy_name, 1, settings.strategy},
-        estimate{settings.estimate, settings.strategy} {}
+        prior{settings.estimate, settings.strategy},
+        estimate{learnt != nullptr ? *learnt : prior} {}
 
   struct Exposure {
     sim_bridge::WorldSnapshot snapshot;
@@ -86,7 +88,8 @@ struct InProcessCell::Episode {
   NoiseModelCamera noise_model;
   std::unique_ptr<strategy::Strategy> strategy;
   task::TaskRunner runner;
-  estimate::TableEstimate estimate;
+  estimate::TableEstimate prior;
+  estimate::TableEstimate& estimate;
   std::deque<Exposure> exposures;
   std::optional<Thought> thought;
   bool decided_now = false;  // in this tick
@@ -125,7 +128,7 @@ TaskRequest InProcessCell::default_request() const {
 }
 
 EpisodeResult InProcessCell::run(const Formation& formation, const TaskRequest& request, const std::string& strategy,
-                                 const EpisodeWorld& world) {
+                                 const EpisodeWorld& world, estimate::TableEstimate* learnt) {
   sim_bridge::SimSettings sim = settings_.sim;
   sim.physics = world.physics;
   sim.start = kStart;
@@ -133,7 +136,7 @@ EpisodeResult InProcessCell::run(const Formation& formation, const TaskRequest& 
   task.seed = world.seed;
   frames_ = world.seed << 20U;  // numbers of frames choose their noise: no two episodes share any
 
-  Episode episode{settings_, stroke_planner_, sim, task, strategy, world};
+  Episode episode{settings_, stroke_planner_, sim, task, strategy, world, learnt};
   std::vector<SimDisc> discs;
   for (const auto& disc : formation.discs) {
     SimDisc d;

@@ -119,8 +119,10 @@ class InProcessCell {
 
   /// Puts the arm to its park pose and the formation on the table, and runs one order to its end.
   ///
-  /// @param world  the truth of this episode
-  EpisodeResult run(const Formation& formation, const TaskRequest& request, const std::string& strategy, const EpisodeWorld& world);
+  /// @param world   the truth of this episode
+  /// @param learnt  what orders before this one taught, and where this one's lessons go; null: the planner begins with its prior knowledge
+  EpisodeResult run(const Formation& formation, const TaskRequest& request, const std::string& strategy, const EpisodeWorld& world,
+                    estimate::TableEstimate* learnt = nullptr);
 
   const InProcessSettings& settings() const noexcept { return settings_; }
   /// An order as the gateway would pass it on when the MES leaves everything to the cell.

@@ -134,6 +134,7 @@ Runs a benchmark: prints a table for people, and with --json writes one JSON obj
   strokes      planned strokes: accuracy, limits, time beside lower bounds
   paper        the paper's strategy and its baselines over whole episodes in the in-process cell
   singulation  strategies in pairs over worlds drawn by the whole protocol: statistics, every episode and stroke in a CSV
+  prediction   the planner's virtual world, told everything, beside the simulator: how far resting places are off, and what that is due to
   cell         the same episodes through the real processes in real time and through the in-process cell
   world        the planner's virtual world beside ODE and Box2D
   perception   finding discs in rendered pictures
