@@ -56,6 +56,7 @@ VirtualWorld::VirtualWorld(const WorldSettings& settings, std::shared_ptr<const 
           "virtual world: striker_bounce_speed must be 0 or above");
   require(settings.touch_gap >= kContactSlack && settings.touch_gap < 0.01, "virtual world: touch_gap must be in [1 nm, 10 mm)");
   require(settings.allowed_overlap >= 0.0 && settings.allowed_overlap < 0.01, "virtual world: allowed_overlap must be in [0, 10 mm)");
+  touch_gap_ = law_->takes_near_contacts() ? settings.touch_gap : kContactSlack;
 }
 
 Result<Rollout, WorldInputError> VirtualWorld::run(std::span<const Disc> discs, const StrikerRun* striker) & {
@@ -152,7 +153,7 @@ void VirtualWorld::drive_striker(double time) noexcept {
 
 bool VirtualWorld::resolve_impact(std::size_t i, std::size_t j, double time, Rollout& rollout) {
   struck_.clear();
-  const bool alone = law_->bounces_pairs() && kernels_.count_near(bodies_.columns(), i, j, settings_.touch_gap) <= kTwoSeenTwice;
+  const bool alone = law_->bounces_pairs() && kernels_.count_near(bodies_.columns(), i, j, touch_gap_) <= kTwoSeenTwice;
   const bool parted = alone ? resolve_pair(i, j, time, rollout) : resolve_group(i, j, time, rollout);
   meetings_.forget(struck_, is_struck_);
   for (const std::size_t body : struck_) meetings_.look(bodies_, body, time);
@@ -228,8 +229,8 @@ void VirtualWorld::gather_contacts(std::size_t i, std::size_t j) {
     // The two that met are in contact, whatever rounding says.
     const std::size_t met = body == i ? j : body == j ? i : SlidingBodies::kNobody;
     if (met != SlidingBodies::kNobody) add(met);
-    std::size_t other = bodies_.next_neighbour(body, settings_.touch_gap, 0);
-    for (; other != SlidingBodies::kNobody; other = bodies_.next_neighbour(body, settings_.touch_gap, other + 1)) {
+    std::size_t other = bodies_.next_neighbour(body, touch_gap_, 0);
+    for (; other != SlidingBodies::kNobody; other = bodies_.next_neighbour(body, touch_gap_, other + 1)) {
       if (other != met) add(other);
     }
   }

@@ -21,7 +21,7 @@ struct WorldSettings {
   double striker_restitution = 0.8;  ///< e between striker and disc, 0 ... 1
   /// A disc that the striker meets more slowly than this stays at it, m/s: e falls to nothing at low speed in every real material. 0: all bounce alike.
   double striker_bounce_speed = 0.0;
-  /// Contacts with a gap up to this take part in an impact as if they touched, m. 1e-5 is a hundredth of what the camera resolves; the
+  /// Contacts with a gap up to this take part in an impact as if they touched, m, unless the law takes_near_contacts() not. 1e-5 is a hundredth of what the camera resolves; the
   /// paper's analysis, which takes what looks like touching for touching, wants more (docs/strategies.md).
   double touch_gap = 1e-5;
   double allowed_overlap = 1e-5;  ///< discs given with a deeper overlap are refused, m
@@ -95,6 +95,7 @@ class VirtualWorld {
 
   WorldSettings settings_;
   std::shared_ptr<const ImpactLaw> law_;
+  double touch_gap_ = 0.0;  // of contacts that take part in an impact
 
   SlidingBodies bodies_;  // the discs, then the striker while it is down
   std::size_t discs_ = 0;
