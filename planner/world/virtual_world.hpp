@@ -2,6 +2,7 @@
 
 #include "common/result.hpp"
 #include "planner/world/disc.hpp"
+#include "planner/world/friction_map.hpp"
 #include "planner/world/impact_law.hpp"
 #include "planner/world/meetings.hpp"
 #include "planner/world/sliding_bodies.hpp"
@@ -16,7 +17,9 @@
 namespace breakshot::world {
 
 struct WorldSettings {
-  double friction = 0.25;            ///< mu between disc and table, > 0
+  double friction = 0.25;  ///< mu between disc and table, > 0
+  std::shared_ptr<const FrictionMap> friction_map =
+      nullptr;                       ///< factors on `friction` from place to place; none: it is the same everywhere
   double restitution = 0.8;          ///< e between two discs, 0 ... 1
   double striker_restitution = 0.8;  ///< e between striker and disc, 0 ... 1
   /// A disc that the striker meets more slowly than this stays at it, m/s: e falls to nothing at low speed in every real material. 0: all bounce alike.
@@ -81,9 +84,14 @@ class VirtualWorld {
   Rollout rest(Rollout rollout, double time);
   /// Sets the striker on the leg that begins now.
   void drive_striker(double time) noexcept;
+  /// Does so at its turn, and looks whom it meets.
+  void turn_striker(double time) noexcept;
+  /// Lets a disc slide as far as the friction where it is goes.
+  void slide(std::size_t disc, const Vector2& v, double time) noexcept;
+  void cross_border(double time) noexcept;
   /// Inverse of the mass that a body sets against an impulse along n, 1/kg.
   double inverse_mass_along(std::size_t body, const Vector2& n) const noexcept;
-  void strike(std::size_t body, const Vector2& v) noexcept;
+  void strike(std::size_t body, const Vector2& v, double time) noexcept;
   /// The same for the striker, which takes the impulse, N s.
   void throw_back(const Vector2& impulse, double time) noexcept;
   bool resolve_impact(std::size_t i, std::size_t j, double time, Rollout& rollout);
@@ -102,6 +110,14 @@ class VirtualWorld {
   StrikerMotion striker_;
   Matrix2 striker_mobility_{Matrix2::Zero()};
   double striker_turn_ = kNever;  // when its motion changes by itself
+
+  /// A disc's arrival where friction changes.
+  struct Crossing {
+    double time = kNever;
+    Vector2 v{0.0, 0.0};  ///< its velocity then
+  };
+  std::vector<Crossing> crossings_;  // by disc; none without a friction map
+  std::size_t next_crossing_ = 0;
 
   Meetings meetings_;
   BoundKernels kernels_ = bound_kernels();
