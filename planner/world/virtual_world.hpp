@@ -57,7 +57,7 @@ struct WorldInputError {
 /// The virtual world: discs that slide on a table, collide, and come to rest.
 ///
 /// Between impacts every disc slides in a straight line with the deceleration mu g (Coulomb friction, no spin), so the state between
-/// impacts is known in closed form and only impacts are events: nothing is integrated in time. Stopping is folded into the motion. Which
+/// impacts is known in closed form and only impacts and borders of a friction map are events: nothing is integrated in time. Stopping is folded into the motion. Which
 /// velocities an impact leaves is the impact law's affair.
 ///
 /// Ends for every law that keeps the energy bound when e < 1: an impact needs an approach of kQuietApproach at least, so each costs no
