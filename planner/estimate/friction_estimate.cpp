@@ -1,7 +1,5 @@
 #include "planner/estimate/friction_estimate.hpp"
 
-#include <Eigen/Cholesky>
-
 #include <algorithm>
 #include <cmath>
 
@@ -31,6 +29,11 @@ constexpr double kOtherWidth = 0.4;
 constexpr std::size_t kMostLooks = 200;
 /// Over this distance friction is about the same, m.
 constexpr double kCorrelation = 0.15;
+/// A map has this many cells along a side; a third of kCorrelation is a side of each, m, so that neighbours hardly differ.
+constexpr int kMapCells = 20;
+constexpr double kMapCell = 0.05;
+/// Factors of a map are multiples of this: well within what is known of them, and borders that would change nothing cost nothing.
+constexpr double kMapStep = 0.02;
 
 }  // namespace
 
@@ -109,31 +112,61 @@ void FrictionEstimate::take(const Look& look) {
   }
 }
 
-strategy::Belief FrictionEstimate::belief_at(const Vector2& p_W) const {
+FrictionEstimate::Regression FrictionEstimate::regression() const {
   const strategy::Belief mean = belief();
-  std::vector<const Look*> sound;
+  Regression fit;
+  fit.local = prior_.local_spread * mean.mean;
   for (const Look& look : looks_kept_) {
-    const double sigma = std::hypot(look.sigma, prior_.local_spread * mean.mean);
-    if (std::abs(look.mu - mean.mean) < 3.0 * sigma) sound.push_back(&look);
+    const double sigma = std::hypot(look.sigma, fit.local);
+    if (std::abs(look.mu - mean.mean) < 3.0 * sigma) fit.looks.push_back(&look);
   }
-  const auto n = static_cast<Eigen::Index>(sound.size());
-  const double local = prior_.local_spread * mean.mean;
-  if (n == 0) return {mean.mean, std::hypot(mean.sigma, local)};
-  const auto alike = [&](const Vector2& a, const Vector2& b) {
-    return local * local * std::exp(-0.5 * (a - b).squaredNorm() / (kCorrelation * kCorrelation));
-  };
+  const auto n = static_cast<Eigen::Index>(fit.looks.size());
+  if (n == 0) return fit;
   Eigen::MatrixXd K(n, n);
-  Eigen::VectorXd k(n), left(n);
+  Eigen::VectorXd left(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Look& a = *sound[static_cast<std::size_t>(i)];
-    for (Eigen::Index j = 0; j <= i; ++j) K(i, j) = K(j, i) = alike(a.p_W, sound[static_cast<std::size_t>(j)]->p_W);
+    const Look& a = *fit.looks[static_cast<std::size_t>(i)];
+    K.row(i) = fit.alike(a.p_W).transpose();
     K(i, i) += a.sigma * a.sigma;
-    k(i) = alike(a.p_W, p_W);
     left(i) = a.mu - mean.mean;
   }
-  const Eigen::LLT<Eigen::MatrixXd> factor{K};
-  const double variance = std::max(0.0, local * local - k.dot(factor.solve(k)));
-  return {mean.mean + k.dot(factor.solve(left)), std::hypot(mean.sigma, std::sqrt(variance))};
+  fit.factor.compute(K);
+  fit.weights = fit.factor.solve(left);
+  return fit;
+}
+
+Eigen::VectorXd FrictionEstimate::Regression::alike(const Vector2& p_W) const {
+  Eigen::VectorXd k(static_cast<Eigen::Index>(looks.size()));
+  for (Eigen::Index i = 0; i < k.size(); ++i) {
+    const Vector2& p = looks[static_cast<std::size_t>(i)]->p_W;
+    k(i) = local * local * std::exp(-0.5 * (p - p_W).squaredNorm() / (kCorrelation * kCorrelation));
+  }
+  return k;
+}
+
+strategy::Belief FrictionEstimate::belief_at(const Vector2& p_W) const {
+  const strategy::Belief mean = belief();
+  const Regression fit = regression();
+  if (fit.looks.empty()) return {mean.mean, std::hypot(mean.sigma, fit.local)};
+  const Eigen::VectorXd k = fit.alike(p_W);
+  const double variance = std::max(0.0, fit.local * fit.local - k.dot(fit.factor.solve(k)));
+  return {mean.mean + k.dot(fit.weights), std::hypot(mean.sigma, std::sqrt(variance))};
+}
+
+std::shared_ptr<const world::FrictionMap> FrictionEstimate::map_around(const Vector2& p_W) const {
+  const Regression fit = regression();
+  if (fit.looks.empty()) return nullptr;
+  const auto mu_at = [&, mean = belief().mean](const Vector2& p) { return std::max(kLeast, mean + fit.alike(p).dot(fit.weights)); };
+  const double here = mu_at(p_W);
+  const Vector2 corner = p_W - 0.5 * kMapCells * kMapCell * Vector2{1.0, 1.0};
+  std::vector<double> factors;
+  for (int row = 0; row < kMapCells; ++row) {
+    for (int column = 0; column < kMapCells; ++column) {
+      const double factor = mu_at(corner + kMapCell * Vector2{column + 0.5, row + 0.5}) / here;
+      factors.push_back(std::max(kMapStep, kMapStep * std::round(factor / kMapStep)));
+    }
+  }
+  return std::make_shared<const world::FrictionMap>(corner, kMapCell, kMapCells, std::move(factors));
 }
 
 }  // namespace breakshot::estimate

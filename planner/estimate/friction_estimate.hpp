@@ -2,8 +2,12 @@
 
 #include "common/scene.hpp"
 #include "planner/estimate/grid_belief.hpp"
+#include "planner/world/friction_map.hpp"
+
+#include <Eigen/Cholesky>
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace breakshot::estimate {
@@ -33,6 +37,8 @@ class FrictionEstimate {
   /// What is believed of one place: the nearer observations weigh more. Equal to belief() where none is near.
   /// Gaussian process regression (Rasmussen and Williams 2006, ch. 2) on what is left of each look after the mean.
   strategy::Belief belief_at(const Vector2& p_W) const;
+  /// The means of belief_at() around a place as factors on the one there, for the virtual world: a square metre. Nothing before the first look.
+  std::shared_ptr<const world::FrictionMap> map_around(const Vector2& p_W) const;
   std::size_t looks() const noexcept { return looks_; }
 
  private:
@@ -40,6 +46,15 @@ class FrictionEstimate {
   struct Look {
     Vector2 p_W;
     double mu, sigma;
+  };
+  /// The looks that count for the map, and what they say together.
+  struct Regression {
+    double local = 0.0;  ///< standard deviation of mu from place to place
+    std::vector<const Look*> looks;
+    Eigen::LLT<Eigen::MatrixXd> factor;
+    Eigen::VectorXd weights;
+
+    Eigen::VectorXd alike(const Vector2& p_W) const;  ///< covariance of mu there with that at each look
   };
   struct Place {
     Time exposed;
@@ -53,6 +68,7 @@ class FrictionEstimate {
 
   void watch(Track& track);
   void take(const Look& look);
+  Regression regression() const;
 
   FrictionPrior prior_;
   GridBelief belief_;

@@ -23,7 +23,7 @@ void TableEstimate::on_hit(const ObservedHit& hit) {
 strategy::TableBelief TableEstimate::belief(const Scene& scene) const {
   Vector2 middle{0.0, 0.0};
   for (const SceneDisc& disc : scene.discs) middle += disc.p_WD / static_cast<double>(scene.discs.size());
-  return {friction_.belief_at(middle), restitution_.belief()};
+  return {friction_.belief_at(middle), restitution_.belief(), friction_.map_around(middle)};
 }
 
 }  // namespace breakshot::estimate

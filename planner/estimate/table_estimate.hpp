@@ -21,7 +21,7 @@ class TableEstimate {
   void on_scene(const Scene& scene) { friction_.on_scene(scene); }
   void on_hit(const ObservedHit& hit);
 
-  /// What a decision about this scene may count on: friction where its discs are.
+  /// What a decision about this scene may count on: friction where its discs are, and around them.
   strategy::TableBelief belief(const Scene& scene) const;
 
   const FrictionEstimate& friction() const noexcept { return friction_; }

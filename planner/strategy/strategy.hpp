@@ -54,6 +54,8 @@ struct Belief {
 struct TableBelief {
   Belief friction;     ///< mu between disc and table, where the discs of the scene are
   Belief restitution;  ///< e between two discs
+  std::shared_ptr<const world::FrictionMap> friction_map =
+      nullptr;  ///< factors on friction from place to place; none: nothing is known of them
 };
 
 /// What a decision depends on besides the scene.

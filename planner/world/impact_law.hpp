@@ -49,6 +49,8 @@ class ImpactLaw {
   virtual bool keeps_energy_bound() const noexcept = 0;
   /// Whether two bodies that touch no third part at e times the speed at which they met, so that nobody need ask the law about them.
   virtual bool bounces_pairs() const noexcept { return true; }
+  /// Whether contacts with a gap up to WorldSettings::touch_gap take part as if they touched; else only those that do, to rounding (kContactSlack).
+  virtual bool takes_near_contacts() const noexcept { return true; }
   /// Whether the law wants to know the gaps of contacts.
   virtual bool heeds_gaps() const noexcept { return false; }
   virtual void resolve(const ImpactProblem& problem, ImpactScratch& scratch) const = 0;

@@ -27,6 +27,9 @@ void audit(std::span<const double> inverse_mass, std::span<const Vector2> before
 /// What CountNear gives for two that touch no third.
 constexpr int kTwoSeenTwice = 4;
 
+/// A meeting so short before a body's motion changes waits until it has: rounding could have ended the motion, s.
+constexpr double kInstant = 1e-12;
+
 /// What a law may leave of the approach of a contact, m/s: well below what makes an impact of it.
 constexpr double kLeftApproaching = 0.1 * kQuietApproach;
 
@@ -56,6 +59,7 @@ VirtualWorld::VirtualWorld(const WorldSettings& settings, std::shared_ptr<const 
           "virtual world: striker_bounce_speed must be 0 or above");
   require(settings.touch_gap >= kContactSlack && settings.touch_gap < 0.01, "virtual world: touch_gap must be in [1 nm, 10 mm)");
   require(settings.allowed_overlap >= 0.0 && settings.allowed_overlap < 0.01, "virtual world: allowed_overlap must be in [0, 10 mm)");
+  touch_gap_ = law_->takes_near_contacts() ? settings.touch_gap : kContactSlack;
 }
 
 Result<Rollout, WorldInputError> VirtualWorld::run(std::span<const Disc> discs, const StrikerRun* striker) & {
@@ -70,14 +74,14 @@ Result<Rollout, WorldInputError> VirtualWorld::run(std::span<const Disc> discs, 
   // Far above what was seen: a break of 50 discs has some 100 impacts, a push with rubbing contacts some 1,000 per disc pushed.
   const int limit = 20'000 + 2'000 * static_cast<int>(discs.size());
   while (true) {
-    const auto meeting = meetings_.next(bodies_, time, striker_turn_);
+    const double crossing = crossings_.empty() ? kNever : crossings_[next_crossing_].time;
+    const double turn = std::min(striker_turn_, crossing);
+    const auto meeting = meetings_.next(bodies_, time, turn - kInstant);
     if (meeting.time == kNever) {
-      if (striker_turn_ == kNever) break;
-      bodies_.advance(std::max(0.0, striker_turn_ - time));
-      time = striker_turn_;
-      meetings_.forget(discs_);
-      drive_striker(time);
-      if (striker_turn_ < kNever) meetings_.look(bodies_, discs_, time);
+      if (turn == kNever) break;
+      bodies_.advance(std::max(0.0, turn - time));
+      time = turn;
+      crossing < striker_turn_ ? cross_border(time) : turn_striker(time);
       continue;
     }
     bodies_.advance(std::max(0.0, meeting.time - time));
@@ -120,9 +124,11 @@ Rollout VirtualWorld::rest(Rollout rollout, double time) {
 void VirtualWorld::load(std::span<const Disc> discs, const StrikerRun* striker) {
   discs_ = discs.size();
   bodies_.resize(discs_ + (striker != nullptr ? 1 : 0));
+  crossings_.assign(settings_.friction_map != nullptr ? discs_ : 0, {});
+  next_crossing_ = 0;
   for (std::size_t i = 0; i < discs_; ++i) {
     bodies_.place(i, discs[i].p_WD, discs[i].radius, 1.0 / discs[i].mass);
-    if (!discs[i].v_WD_W.isZero(0.0)) bodies_.slide(i, discs[i].v_WD_W, settings_.friction * kGravity);
+    if (!discs[i].v_WD_W.isZero(0.0)) slide(i, discs[i].v_WD_W, 0.0);
   }
   striker_turn_ = kNever;
   if (striker != nullptr) {
@@ -150,9 +156,48 @@ void VirtualWorld::drive_striker(double time) noexcept {
   }
 }
 
+void VirtualWorld::turn_striker(double time) noexcept {
+  meetings_.forget(discs_);
+  drive_striker(time);
+  if (striker_turn_ < kNever) meetings_.look(bodies_, discs_, time);
+}
+
+void VirtualWorld::slide(std::size_t disc, const Vector2& v, double time) noexcept {
+  if (crossings_.empty()) {
+    bodies_.slide(disc, v, settings_.friction * kGravity);
+    return;
+  }
+  const double speed = v.norm();
+  const Vector2 direction = speed > 0.0 ? Vector2{v / speed} : Vector2::Zero();
+  const Vector2 p = bodies_.position(disc);
+  const double least = settings_.friction_map->least() * settings_.friction * kGravity;
+  const auto stretch = settings_.friction_map->stretch(p, direction, speed * speed / (2.0 * least));
+  const double deceleration = stretch.factor * settings_.friction * kGravity;
+  const double left_squared = speed * speed - 2.0 * deceleration * stretch.length;
+  Crossing& crossing = crossings_[disc];
+  if (left_squared > 0.0) {
+    const double speed_then = std::sqrt(left_squared);
+    const double lasts = 2.0 * stretch.length / (speed + speed_then);
+    bodies_.drive(disc, v, deceleration * direction, lasts);
+    crossing = {time + lasts, speed_then * direction};
+  } else {
+    bodies_.slide(disc, v, deceleration);
+    crossing.time = kNever;
+  }
+  const auto earlier = [](const Crossing& a, const Crossing& b) { return a.time < b.time; };
+  next_crossing_ = static_cast<std::size_t>(std::min_element(crossings_.begin(), crossings_.end(), earlier) - crossings_.begin());
+}
+
+void VirtualWorld::cross_border(double time) noexcept {
+  const std::size_t disc = next_crossing_;
+  meetings_.forget(disc);
+  slide(disc, crossings_[disc].v, time);
+  meetings_.look(bodies_, disc, time);
+}
+
 bool VirtualWorld::resolve_impact(std::size_t i, std::size_t j, double time, Rollout& rollout) {
   struck_.clear();
-  const bool alone = law_->bounces_pairs() && kernels_.count_near(bodies_.columns(), i, j, settings_.touch_gap) <= kTwoSeenTwice;
+  const bool alone = law_->bounces_pairs() && kernels_.count_near(bodies_.columns(), i, j, touch_gap_) <= kTwoSeenTwice;
   const bool parted = alone ? resolve_pair(i, j, time, rollout) : resolve_group(i, j, time, rollout);
   meetings_.forget(struck_, is_struck_);
   for (const std::size_t body : struck_) meetings_.look(bodies_, body, time);
@@ -171,8 +216,8 @@ double VirtualWorld::inverse_mass_along(std::size_t body, const Vector2& n) cons
   return body == discs_ ? n.dot(striker_mobility_ * n) : bodies_.inverse_mass(body);
 }
 
-void VirtualWorld::strike(std::size_t body, const Vector2& v) noexcept {
-  bodies_.slide(body, v, settings_.friction * kGravity);
+void VirtualWorld::strike(std::size_t body, const Vector2& v, double time) noexcept {
+  slide(body, v, time);
   struck_.push_back(body);
   is_struck_[body] = 1;
 }
@@ -195,12 +240,12 @@ bool VirtualWorld::resolve_pair(std::size_t i, std::size_t j, double time, Rollo
   if (i == discs_) {
     throw_back(-P * n, time);
   } else {
-    strike(i, after[0]);
+    strike(i, after[0], time);
   }
   if (j == discs_) {
     throw_back(P * n, time);
   } else {
-    strike(j, after[1]);
+    strike(j, after[1], time);
   }
   return approach > 0.0;
 }
@@ -228,8 +273,8 @@ void VirtualWorld::gather_contacts(std::size_t i, std::size_t j) {
     // The two that met are in contact, whatever rounding says.
     const std::size_t met = body == i ? j : body == j ? i : SlidingBodies::kNobody;
     if (met != SlidingBodies::kNobody) add(met);
-    std::size_t other = bodies_.next_neighbour(body, settings_.touch_gap, 0);
-    for (; other != SlidingBodies::kNobody; other = bodies_.next_neighbour(body, settings_.touch_gap, other + 1)) {
+    std::size_t other = bodies_.next_neighbour(body, touch_gap_, 0);
+    for (; other != SlidingBodies::kNobody; other = bodies_.next_neighbour(body, touch_gap_, other + 1)) {
       if (other != met) add(other);
     }
   }
@@ -272,7 +317,7 @@ bool VirtualWorld::resolve_group(std::size_t i, std::size_t j, double time, Roll
     if (group_[k] == discs_) {
       throw_back((group_v_[k] - group_v_before_[k]) / striker_inverse_mass, time);
     } else {
-      strike(group_[k], group_v_[k]);
+      strike(group_[k], group_v_[k], time);
     }
   }
   // A law that did nothing for the pair that met would see it again at the same instant, without end.

@@ -2,6 +2,7 @@
 
 #include "common/result.hpp"
 #include "planner/world/disc.hpp"
+#include "planner/world/friction_map.hpp"
 #include "planner/world/impact_law.hpp"
 #include "planner/world/meetings.hpp"
 #include "planner/world/sliding_bodies.hpp"
@@ -16,12 +17,14 @@
 namespace breakshot::world {
 
 struct WorldSettings {
-  double friction = 0.25;            ///< mu between disc and table, > 0
+  double friction = 0.25;  ///< mu between disc and table, > 0
+  std::shared_ptr<const FrictionMap> friction_map =
+      nullptr;                       ///< factors on `friction` from place to place; none: it is the same everywhere
   double restitution = 0.8;          ///< e between two discs, 0 ... 1
   double striker_restitution = 0.8;  ///< e between striker and disc, 0 ... 1
   /// A disc that the striker meets more slowly than this stays at it, m/s: e falls to nothing at low speed in every real material. 0: all bounce alike.
   double striker_bounce_speed = 0.0;
-  /// Contacts with a gap up to this take part in an impact as if they touched, m. 1e-5 is a hundredth of what the camera resolves; the
+  /// Contacts with a gap up to this take part in an impact as if they touched, m, unless the law takes_near_contacts() not. 1e-5 is a hundredth of what the camera resolves; the
   /// paper's analysis, which takes what looks like touching for touching, wants more (docs/strategies.md).
   double touch_gap = 1e-5;
   double allowed_overlap = 1e-5;  ///< discs given with a deeper overlap are refused, m
@@ -54,7 +57,7 @@ struct WorldInputError {
 /// The virtual world: discs that slide on a table, collide, and come to rest.
 ///
 /// Between impacts every disc slides in a straight line with the deceleration mu g (Coulomb friction, no spin), so the state between
-/// impacts is known in closed form and only impacts are events: nothing is integrated in time. Stopping is folded into the motion. Which
+/// impacts is known in closed form and only impacts and borders of a friction map are events: nothing is integrated in time. Stopping is folded into the motion. Which
 /// velocities an impact leaves is the impact law's affair.
 ///
 /// Ends for every law that keeps the energy bound when e < 1: an impact needs an approach of kQuietApproach at least, so each costs no
@@ -81,9 +84,14 @@ class VirtualWorld {
   Rollout rest(Rollout rollout, double time);
   /// Sets the striker on the leg that begins now.
   void drive_striker(double time) noexcept;
+  /// Does so at its turn, and looks whom it meets.
+  void turn_striker(double time) noexcept;
+  /// Lets a disc slide as far as the friction where it is goes.
+  void slide(std::size_t disc, const Vector2& v, double time) noexcept;
+  void cross_border(double time) noexcept;
   /// Inverse of the mass that a body sets against an impulse along n, 1/kg.
   double inverse_mass_along(std::size_t body, const Vector2& n) const noexcept;
-  void strike(std::size_t body, const Vector2& v) noexcept;
+  void strike(std::size_t body, const Vector2& v, double time) noexcept;
   /// The same for the striker, which takes the impulse, N s.
   void throw_back(const Vector2& impulse, double time) noexcept;
   bool resolve_impact(std::size_t i, std::size_t j, double time, Rollout& rollout);
@@ -95,12 +103,21 @@ class VirtualWorld {
 
   WorldSettings settings_;
   std::shared_ptr<const ImpactLaw> law_;
+  double touch_gap_ = 0.0;  // of contacts that take part in an impact
 
   SlidingBodies bodies_;  // the discs, then the striker while it is down
   std::size_t discs_ = 0;
   StrikerMotion striker_;
   Matrix2 striker_mobility_{Matrix2::Zero()};
   double striker_turn_ = kNever;  // when its motion changes by itself
+
+  /// A disc's arrival where friction changes.
+  struct Crossing {
+    double time = kNever;
+    Vector2 v{0.0, 0.0};  ///< its velocity then
+  };
+  std::vector<Crossing> crossings_;  // by disc; none without a friction map
+  std::size_t next_crossing_ = 0;
 
   Meetings meetings_;
   BoundKernels kernels_ = bound_kernels();

@@ -27,7 +27,9 @@ struct ClusterTrials {
 
 /// One formation after another under the law: touching exactly, nearly or not, symmetric racks, overlapping by the rounding of a perceiver
 /// (a few micrometres), really overlapping, equal or unequal; e = 0, 1 or between; set off by a disc of their own or by a striker. One in 1000 has 200 discs.
-inline ClusterTrials run_cluster_trials(const std::string& law, long count, std::uint64_t seed) {
+/// On a table of one friction, or of the map's.
+inline ClusterTrials run_cluster_trials(const std::string& law, long count, std::uint64_t seed,
+                                        const std::shared_ptr<const world::FrictionMap>& map = nullptr) {
   std::mt19937_64 random{seed};
   const auto uniform = [&](double low, double high) { return std::uniform_real_distribution{low, high}(random); };
   const auto impact_law = world::make_impact_law(law);
@@ -37,6 +39,7 @@ inline ClusterTrials run_cluster_trials(const std::string& law, long count, std:
     settings.restitution = i % 7 == 0 ? 0.0 : i % 7 == 1 ? 1.0 : uniform(0.0, 1.0);
     settings.striker_restitution = uniform(0.0, 1.0);
     settings.friction = uniform(0.1, 0.5);
+    settings.friction_map = map;
     const bool large = i % 1000 == 999;
     const double largest_gap = i % 3 == 0 ? 0.0 : i % 3 == 1 ? 2e-4 : 5e-3;
     std::vector<Disc> discs;

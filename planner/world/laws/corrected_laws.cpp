@@ -51,22 +51,6 @@ void GeneralisedReflections::resolve(const ImpactProblem& problem, ImpactScratch
   for (std::size_t i = 0; i < problem.v.size(); ++i) problem.v[i] = e * problem.v[i] + (1.0 - e) * scratch.v_plastic[i];
 }
 
-void Sequential::resolve(const ImpactProblem& problem, ImpactScratch& scratch) const {
-  constexpr int kSweeps = 1000;
-  const double quiet = quiet_speed(problem);
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    bool any = false;
-    for (const ImpactContact& contact : problem.contacts) {
-      const double approach = approach_speed(contact, problem.v);
-      if (approach <= quiet) continue;
-      any = true;
-      const double compliance =
-          problem.inverse_mass[static_cast<std::size_t>(contact.a)] + problem.inverse_mass[static_cast<std::size_t>(contact.b)];
-      apply_impulse(problem, contact, (1.0 + contact.restitution) * approach / compliance);
-    }
-    if (!any) return;
-  }
-  end_without_bounce(problem, scratch);
-}
+void Sequential::resolve(const ImpactProblem& problem, ImpactScratch& scratch) const { solve_in_rounds(problem, scratch, false); }
 
 }  // namespace breakshot::world

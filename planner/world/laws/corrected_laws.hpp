@@ -38,12 +38,15 @@ class GeneralisedReflections final : public ImpactLaw {
   void resolve(const ImpactProblem& problem, ImpactScratch& scratch) const override;
 };
 
-/// Two bodies at a time, in the order of the contacts, again and again until none approaches. Right when gaps are well above speed x
-/// contact time (physics.md 2), where an impact has one contact only; on exact ties it breaks the symmetry by the order of the contacts.
+/// One meeting after another, as they come: gaps, however narrow, are not taken for contacts. Only what meets at the same instant, to kContactSlack of way, is one
+/// impact: pair by pair such a tie would go to whichever contact is listed first. It is solved by the rounds of PaperCorrected: for one disc that
+/// meets two, (11)-(13) of the paper with impulses that only push. Right when gaps are well above speed x contact time (physics.md 2), ties included;
+/// where discs touch, right and wrong as PaperCorrected.
 class Sequential final : public ImpactLaw {
  public:
   std::string_view name() const noexcept override { return "sequential"; }
   bool keeps_energy_bound() const noexcept override { return true; }
+  bool takes_near_contacts() const noexcept override { return false; }
   void resolve(const ImpactProblem& problem, ImpactScratch& scratch) const override;
 };
 

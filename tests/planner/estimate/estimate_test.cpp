@@ -121,6 +121,14 @@ TEST(FrictionEstimate, KnowsARougherCornerFromASmootherOne) {
   EXPECT_NEAR(estimate.belief_at({0.25, 0.25}).mean, 0.28, 0.015);
   EXPECT_NEAR(estimate.belief_at({-0.25, -0.25}).mean, 0.22, 0.015);
   EXPECT_GT(estimate.belief_at({0.25, -0.25}).sigma, estimate.belief_at({0.25, 0.25}).sigma) << "where nothing slid it is less sure";
+  // The virtual world is handed the same, as factors in steps of 2 %.
+  const Vector2 middle{0.05, 0.0};
+  const auto map = estimate.map_around(middle);
+  for (const Vector2& p : {Vector2{0.25, 0.25}, Vector2{-0.25, -0.25}, Vector2{0.0, 0.2}, middle}) {
+    EXPECT_NEAR(map->factor(p) * estimate.belief_at(middle).mean / estimate.belief_at(p).mean, 1.0, 0.03) << p.transpose();
+  }
+  EXPECT_GT(map->factor({0.25, 0.25}), 1.15 * map->factor({-0.25, -0.25}));
+  EXPECT_EQ(FrictionEstimate{{}}.map_around(middle), nullptr) << "no look, no map";
 }
 
 /// Plays hits on a table whose discs have another restitution than the prior says.

@@ -4,6 +4,7 @@
 #include "planner/world/formation.hpp"
 #include "tests/controller/loop/call_counter.hpp"
 #include "tests/planner/cluster_trials.hpp"
+#include "tests/planner/plain_integration.hpp"
 
 #include <gtest/gtest.h>
 
@@ -83,36 +84,6 @@ TEST(VirtualWorld, TwoDiscsMeetWhereTheirParabolasDo) {
   EXPECT_NEAR(rollout->p_WD[1].x(), 0.03 + v * v / (2 * kDeceleration), 1e-12);
 }
 
-/// A plain integration of the same physics, for discs that meet one at a time.
-std::vector<Vector2> integrated(std::vector<Disc> discs, double e, double step) {
-  bool moving = true;
-  while (moving) {
-    moving = false;
-    for (auto& disc : discs) {
-      const double speed = disc.v_WD_W.norm();
-      if (speed == 0.0) continue;
-      moving = true;
-      const double left = std::max(0.0, speed - kDeceleration * step);
-      disc.p_WD += 0.5 * (speed + left) * std::min(step, speed / kDeceleration) / speed * disc.v_WD_W;
-      disc.v_WD_W *= left / speed;
-    }
-    for (std::size_t i = 0; i < discs.size(); ++i) {
-      for (std::size_t j = 0; j < i; ++j) {
-        if (gap(discs[i], discs[j]) > 0.0) continue;
-        const Vector2 n = (discs[j].p_WD - discs[i].p_WD).normalized();
-        const double u = (discs[i].v_WD_W - discs[j].v_WD_W).dot(n);
-        if (u <= 0.0) continue;
-        const double P = (1 + e) * u / (1 / discs[i].mass + 1 / discs[j].mass);
-        discs[i].v_WD_W -= P / discs[i].mass * n;
-        discs[j].v_WD_W += P / discs[j].mass * n;
-      }
-    }
-  }
-  std::vector<Vector2> rest;
-  for (const auto& disc : discs) rest.push_back(disc.p_WD);
-  return rest;
-}
-
 TEST(VirtualWorld, AgreesWithAFineIntegration) {
   std::mt19937_64 random{11};
   const auto uniform = [&](double low, double high) { return std::uniform_real_distribution{low, high}(random); };
@@ -129,7 +100,8 @@ TEST(VirtualWorld, AgreesWithAFineIntegration) {
     }
     const auto rollout = world.run(discs);
     ASSERT_TRUE(rollout);
-    const auto expected = integrated(discs, 0.8, 2e-6);
+    const auto expected = test::integrated(
+        discs, [](const Vector2&) { return kDeceleration; }, 0.8, 2e-6);
     for (std::size_t k = 0; k < discs.size(); ++k) errors.push_back((rollout->p_WD[k] - expected[k]).norm());
   }
   std::sort(errors.begin(), errors.end());
