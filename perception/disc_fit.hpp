@@ -3,6 +3,7 @@
 #include "common/frames.hpp"
 #include "perception/arm_mask.hpp"
 #include "perception/outline_guess.hpp"
+#include "perception/rim_circle.hpp"
 #include "perception/segmentation.hpp"
 #include "perception/settings.hpp"
 #include "perception/table_light.hpp"
@@ -54,21 +55,11 @@ class DiscFitter {
   std::optional<DiscFit> fit(const cv::Mat3b& rgb, const DepthFrame* depth, const CircleGuess& guess, std::span<const CircleGuess> all,
                              std::size_t self, bool fitted_before) const;
 
-  /// One place of a disc's outline.
-  struct Edge {
-    Vector2 n_W{1.0, 0.0};  ///< direction from the centre
-    double range = 0.0;     ///< distance of the edge from the centre that it was measured about, m
-    double trust = 1.0;     ///< weight by what kind of edge it is, 0 to 1
-    double weight = 1.0;    ///< by how well it agrees with the circle, 0 to 1
-    /// Its distance from the circle x = (x, y, radius), which lies about that centre, m.
-    double error(const Vector3& x) const noexcept { return range - x.z() - n_W.dot(x.head<2>()); }
-  };
-
  private:
   enum class Look {
     kEdge,
     kNeighbour,   // looks onto another disc
-    kNarrowWall,  // the base rim lies so close to the top rim that the profile crosses both, and hue does not tell them from the table
+    kNarrowWall,  // the base rim lies so close to the top rim that a line across it crosses both, and no edge is told from the other
     kHidden,      // beyond the image, or behind what is known to be the arm
     kNothing,     // no edge of this disc there
   };

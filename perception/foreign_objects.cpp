@@ -20,6 +20,7 @@ constexpr double kFullArea = 1.10;   // of the silhouettes: a patch that is no l
 constexpr int kCorners = 48;         // of the polygon that stands for a rim
 constexpr double kInnerShare = 0.7;  // of the radius: where depth is that of the top face alone
 constexpr int kExcusedPoints = 8;    // of an outline on the border or in the arm: the patch is cut there
+constexpr double kBaseReach = 0.12;  // m from the middle of the arm's base: what stands there is the arm
 
 }  // namespace
 
@@ -35,9 +36,13 @@ ForeignObjects::ForeignObjects(const View& view, const PerceptionSettings& setti
   }
 }
 
-std::vector<ForeignObject> ForeignObjects::find(std::span<const Region> regions, std::span<const DiscFit> discs, const DepthFrame* depth) {
+std::vector<ForeignObject> ForeignObjects::find(std::span<const Region> regions, std::span<const DiscFit> discs, const DepthFrame* depth,
+                                                ArmKnown known) {
   std::vector<ForeignObject> out;
   table_height_ = 0.0;
+  shown_.release();
+  if (depth != nullptr) find_blocks(*depth);
+  if (known == ArmKnown::kNo && !find_arm()) return out;
   if (depth != nullptr) find_heights(discs, *depth, out);
   find_paint(regions, discs, out);
   if (out.size() > kMaxSceneForeign) out.resize(kMaxSceneForeign);
@@ -64,7 +69,7 @@ bool ForeignObjects::cut(const Region& region) const {
     const bool border = p.x <= 2 || p.y <= 2 || p.x >= view_.camera.width - 3 || p.y >= view_.camera.height - 3;
     bool arm = false;  // beside the pixel: the arm itself is not of the patch
     for (const cv::Point& step : {cv::Point{3, 0}, cv::Point{-3, 0}, cv::Point{0, 3}, cv::Point{0, -3}}) {
-      arm = arm || arm_.covers({p.x + step.x, p.y + step.y});
+      arm = arm || behind_arm(p + step);
     }
     points += border || arm ? 1 : 0;
   }
@@ -129,7 +134,7 @@ double ForeignObjects::height_of_top(const DiscFit& disc, const DepthFrame& dept
   const auto first = [](double from) { return static_cast<int>(std::max(0.0, from)) / kGlance * kGlance + kGlance / 2; };
   for (int y = first(middle->y() - reach); y < std::min<double>(depth.height, middle->y() + reach); y += kGlance) {
     for (int x = first(middle->x() - reach); x < std::min<double>(depth.width, middle->x() + reach); x += kGlance) {
-      if ((Vector2{x, y} - *middle).norm() > reach || arm_.covers({x, y})) continue;
+      if ((Vector2{x, y} - *middle).norm() > reach || behind_arm({x, y})) continue;
       const double z = height(depth, x, y);
       if (std::isnan(z)) continue;
       sum += z;
@@ -139,36 +144,20 @@ double ForeignObjects::height_of_top(const DiscFit& disc, const DepthFrame& dept
   return samples < kLeastSamples ? std::numeric_limits<double>::quiet_NaN() : sum / samples - table_height_;
 }
 
-void ForeignObjects::find_heights(std::span<const DiscFit> discs, const DepthFrame& depth, std::vector<ForeignObject>& out) {
+bool ForeignObjects::behind_arm(const cv::Point& pixel) const noexcept {
+  if (arm_.covers({pixel.x, pixel.y})) return true;
+  const int column = pixel.x / kBlock, row = pixel.y / kBlock;
+  return pixel.x >= 0 && pixel.y >= 0 && column < shown_.cols && row < shown_.rows && shown_(row, column) == kArm;
+}
+
+// What depth says of all blocks, and which of them the arm is known to hide.
+void ForeignObjects::find_blocks(const DepthFrame& depth) {
   const int columns = depth.width / kBlock, rows = depth.height / kBlock;
+  mean_.create(rows, columns);
   shown_.create(rows, columns);
   shown_ = std::uint8_t{kTable};
-  for (const DiscFit& disc : discs) {
-    std::vector<cv::Point> hull = silhouette(disc, kMargin);
-    for (cv::Point& p : hull) p = {p.x / kBlock, p.y / kBlock};
-    cv::fillConvexPoly(shown_, hull, kDisc);
-    for (const cv::Point& p : hull) {
-      if (p.inside({{0, 0}, shown_.size()})) shown_(p) = kDisc;
-    }
-  }
-  cv::Mat1b arm(rows, columns, std::uint8_t{0});
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      for (const int k : {0, kBlock / 2, kBlock - 1}) {
-        for (const int m : {0, kBlock / 2, kBlock - 1}) {
-          if (arm_.covers({column * kBlock + k, row * kBlock + m})) arm(row, column) = 1;
-        }
-      }
-    }
-  }
-  cv::dilate(arm, arm, cv::Mat());
-  shown_.setTo(kArm, arm);
-
-  cv::Mat1f mean(rows, columns, std::numeric_limits<float>::quiet_NaN());
-  std::vector<float> table;
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < columns; ++column) {
-      if (shown_(row, column) != kTable) continue;
       double sum = 0.0;
       int samples = 0;
       for (int y = row * kBlock + kGlance / 2; y < (row + 1) * kBlock; y += kGlance) {
@@ -179,20 +168,79 @@ void ForeignObjects::find_heights(std::span<const DiscFit> discs, const DepthFra
           ++samples;
         }
       }
-      if (samples < kLeastSamples) continue;
-      mean(row, column) = static_cast<float>(sum / samples);
-      table.push_back(mean(row, column));
+      mean_(row, column) = samples < kLeastSamples ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(sum / samples);
+      for (const int k : {0, kBlock / 2, kBlock - 1}) {
+        for (const int m : {0, kBlock / 2, kBlock - 1}) {
+          if (arm_.covers({column * kBlock + k, row * kBlock + m})) shown_(row, column) = kArm;
+        }
+      }
     }
   }
-  if (table.empty()) return;
-  const auto middle = table.begin() + static_cast<std::ptrdiff_t>(table.size() / 2);
-  std::nth_element(table.begin(), middle, table.end());
+  widen_arm();
+  measure_table();
+}
+
+// The median of all blocks that nothing is known to stand on.
+void ForeignObjects::measure_table() {
+  heights_.clear();
+  for (int row = 0; row < shown_.rows; ++row) {
+    for (int column = 0; column < shown_.cols; ++column) {
+      if (shown_(row, column) == kTable && !std::isnan(mean_(row, column))) heights_.push_back(mean_(row, column));
+    }
+  }
+  if (heights_.empty()) return;
+  const auto middle = heights_.begin() + static_cast<std::ptrdiff_t>(heights_.size() / 2);
+  std::nth_element(heights_.begin(), middle, heights_.end());
   table_height_ = static_cast<double>(*middle);
+}
+
+void ForeignObjects::widen_arm() {
+  cv::Mat1b arm;
+  cv::compare(shown_, kArm, arm, cv::CMP_EQ);
+  cv::dilate(arm, arm, cv::Mat());
+  shown_.setTo(kArm, arm);
+}
+
+// Without the joints the arm is what stands higher than any disc and hangs together with what stands on the place of its base. False when there is
+// no such thing in the picture: then nobody can tell the arm from what does not belong there.
+bool ForeignObjects::find_arm() {
+  if (shown_.empty()) return false;
+  tall_.create(shown_.size());
+  std::vector<cv::Point> base;
+  for (int row = 0; row < shown_.rows; ++row) {
+    for (int column = 0; column < shown_.cols; ++column) {
+      const double z = static_cast<double>(mean_(row, column)) - table_height_;
+      tall_(row, column) = z > view_.disc_height + kOffPlane ? 255 : 0;
+      if (tall_(row, column) == 0) continue;
+      const Vector2 p_W = place({(column + 0.5) * kBlock, (row + 0.5) * kBlock}, z);
+      if ((p_W - settings_.p_WB).norm() < kBaseReach) base.emplace_back(column, row);
+    }
+  }
+  cv::connectedComponents(tall_, components_, 8);
+  for (const cv::Point& block : base) shown_.setTo(kArm, components_ == components_(block));
+  widen_arm();
+  return !base.empty();
+}
+
+void ForeignObjects::find_heights(std::span<const DiscFit> discs, const DepthFrame& depth, std::vector<ForeignObject>& out) {
+  const int columns = shown_.cols, rows = shown_.rows;
+  cv::Mat1b covered(shown_.size(), std::uint8_t{0});
+  for (const DiscFit& disc : discs) {
+    std::vector<cv::Point> hull = silhouette(disc, kMargin);
+    for (cv::Point& p : hull) p = {p.x / kBlock, p.y / kBlock};
+    cv::fillConvexPoly(covered, hull, 255);
+    for (const cv::Point& p : hull) {
+      if (p.inside({{0, 0}, shown_.size()})) covered(p) = 255;
+    }
+  }
+  covered.setTo(0, shown_ == kArm);
+  shown_.setTo(kDisc, covered);
+  measure_table();
 
   tall_.create(rows, columns);
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      tall_(row, column) = static_cast<double>(mean(row, column)) - table_height_ > kStandsUp ? 255 : 0;
+      tall_(row, column) = shown_(row, column) == kTable && static_cast<double>(mean_(row, column)) - table_height_ > kStandsUp ? 255 : 0;
     }
   }
   cv::Mat stats, centroids;
@@ -205,7 +253,7 @@ void ForeignObjects::find_heights(std::span<const DiscFit> discs, const DepthFra
     for (int row = 0; row < rows; ++row) {
       for (int column = 0; column < columns; ++column) {
         if (components_(row, column) != k) continue;
-        object.height = std::max(object.height, static_cast<double>(mean(row, column)) - table_height_);
+        object.height = std::max(object.height, static_cast<double>(mean_(row, column)) - table_height_);
         excusable = excusable || row == 0 || column == 0 || row == rows - 1 || column == columns - 1;
         for (int y = std::max(0, row - 1); y <= std::min(rows - 1, row + 1); ++y) {
           for (int x = std::max(0, column - 1); x <= std::min(columns - 1, column + 1); ++x) excusable = excusable || shown_(y, x) == kArm;

@@ -25,16 +25,25 @@ class ForeignObjects {
  public:
   ForeignObjects(const View& view, const PerceptionSettings& settings, const ArmMask& arm);
 
+  /// Whether the mask says where the arm is. If not, it is found in the depth image, as what hangs together with its base; where that does not show, or
+  /// there is no depth, nothing is reported: the arm itself would be.
+  enum class ArmKnown : std::uint8_t { kNo, kYes };
+
   /// @param depth  registered to the colour image, or null
   /// @return at most kMaxSceneForeign
   /// Cost: about 0.2 ms with depth.
-  std::vector<ForeignObject> find(std::span<const Region> regions, std::span<const DiscFit> discs, const DepthFrame* depth);
+  std::vector<ForeignObject> find(std::span<const Region> regions, std::span<const DiscFit> discs, const DepthFrame* depth, ArmKnown known);
 
  private:
   enum Block : std::uint8_t { kTable, kDisc, kArm };  // what the 16 x 16 px of a block show of; the latter goes before
 
   std::vector<cv::Point> silhouette(const DiscFit& disc, double margin) const;
   void find_paint(std::span<const Region> regions, std::span<const DiscFit> discs, std::vector<ForeignObject>& out);
+  bool behind_arm(const cv::Point& pixel) const noexcept;
+  void find_blocks(const DepthFrame& depth);
+  void measure_table();
+  void widen_arm();
+  bool find_arm();
   void find_heights(std::span<const DiscFit> discs, const DepthFrame& depth, std::vector<ForeignObject>& out);
   double height_of_top(const DiscFit& disc, const DepthFrame& depth) const;
   bool cut(const Region& region) const;
@@ -45,8 +54,11 @@ class ForeignObjects {
   const PerceptionSettings& settings_;
   const ArmMask& arm_;
   std::vector<float> slope_;  // of samples kGlance px apart: height per range along the optical axis
-  cv::Mat1b shown_, left_, tall_;
+  cv::Mat1b shown_;           // per block: a Block; empty without depth
+  cv::Mat1f mean_;            // height of a block above the table's plane, m; NaN: unknown
+  cv::Mat1b left_, tall_;
   cv::Mat1i components_;
+  std::vector<float> heights_;
   double table_height_ = 0.0;  // as depth shows it, m
 };
 

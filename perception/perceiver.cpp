@@ -112,8 +112,10 @@ class Perceiver::Impl {
       const char* what = "found the discs' hues mirrored about green: red and blue look swapped";
       return refused(scene, {SceneQuality::kBadImage, who + what});
     }
-    // While nobody knows where the arm is, it would be taken for something that does not belong there.
-    if (settings_.method == Method::kRobust && (!X_WL.empty() || !has_arm_)) scene.foreign = foreign_.find(regions, fits_, depth);
+    if (settings_.method == Method::kRobust) {
+      using enum ForeignObjects::ArmKnown;
+      scene.foreign = foreign_.find(regions, fits_, depth, !X_WL.empty() || !has_arm_ ? kYes : kNo);
+    }
     add_discs(scene);
     add_contacts(scene, regions);
     tracker_.update(scene);

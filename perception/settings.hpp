@@ -65,14 +65,15 @@ struct PerceptionSettings {
   double min_seen_arc_deg = 100.0;  ///< least part of a disc's outline that must be seen, or it is not reported
   // The errors of an edge point, as measured on rendered images (breakshot-bench-perception): what is independent from point to point is
   // taken from the fit's own residuals, but not below the floor; what neighbouring points share, and what all points share, is not seen there.
-  double edge_sigma_floor = 50e-6;   ///< m
-  double edge_patch_sigma = 22e-6;   ///< shared by the points of an eighth of the outline (shading, sampling), m
-  double edge_common_sigma = 10e-6;  ///< shared by all points: goes into the radius, not into the centre, m
-  double touch_gap = 0.5e-3;         ///< pairs nearer than this touch; p_touch = P(gap < touch_gap), m
-  double arm_margin = 0.006;         ///< the arm hides so much more than its shapes say (needs the poses of its links), m
-  double occluder_height = 0.060;    ///< what stands higher than this above the table is the arm, m (needs depth)
-  double max_disc_speed = 3.0;       ///< bounds the search from frame to frame, m/s
-  double dark_level = 24.0;          ///< a frame whose brightest percent stays below this carries no light, [0, 255]
+  double edge_sigma_floor = 50e-6;  ///< m
+  double edge_patch_sigma = 5e-6;   ///< shared by the points of an eighth of the outline (shading, sampling), m
+  double edge_foot_sigma = 50e-6;   ///< shared by all points where the wall meets the table (contact shadow), m
+  double edge_common_sigma = 6e-6;  ///< shared by all points: goes into the radius, not into the centre, m
+  double touch_gap = 0.5e-3;        ///< pairs nearer than this touch; p_touch = P(gap < touch_gap), m
+  double arm_margin = 0.006;        ///< the arm hides so much more than its shapes say (needs the poses of its links), m
+  double occluder_height = 0.060;   ///< what stands higher than this above the table is the arm, m (needs depth)
+  double max_disc_speed = 3.0;      ///< bounds the search from frame to frame, m/s
+  double dark_level = 24.0;         ///< a frame whose brightest percent stays below this carries no light, [0, 255]
   PaperContourSettings paper;
   CameraWatchSettings watch;
 };

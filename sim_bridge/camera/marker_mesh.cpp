@@ -21,7 +21,7 @@ void add_marker(const MarkerPrint& marker, const Projector& projector, SceneMesh
   for (int row = 0; row < marker.squares; ++row) {
     for (int column = 0; column < marker.squares; ++column) {
       const Vector3 p_M{column * marker.square - first, first - row * marker.square, 0.0};
-      const bool white = marker.white[static_cast<std::size_t>(row * marker.squares + column)];
+      const bool white = marker.white[pixel_index(column, row, marker.squares)];
       table.add(square, X_WM * Eigen::Translation3d{p_M}, white ? kWhite : kBlack, projector, tiles);
     }
   }

@@ -32,7 +32,8 @@
 namespace breakshot::bench {
 namespace {
 
-constexpr std::uint32_t kTuningSeed = 1'000'003;  // HoughCircles is tuned on scenes of its own
+constexpr std::uint32_t kLightingStride = 10'007;  // between the seeds of two lightings' scenes
+constexpr std::uint32_t kTuningSeed = 1'000'003;   // HoughCircles is tuned on scenes of its own
 
 struct Options {
   int n = 100;
@@ -79,8 +80,11 @@ class Bench {
     const sim_bridge::SimBridgeConfig bridge = sim_bridge::load_sim_bridge_config(document_, cell_);
     std::vector<std::string> names = options.lightings;
     if (std::find(names.begin(), names.end(), "all") != names.end()) names = sim_bridge::lighting_names(bridge.lighting_folder);
+    // Scenes of its own for each lighting: the same discs under every lamp would err alike where that comes of how pixels sample them.
+    const std::vector<std::string> known = sim_bridge::lighting_names(bridge.lighting_folder);
     for (const std::string& name : names) {
-      lightings_.push_back({name, bridge.camera});
+      const auto index = std::find(known.begin(), known.end(), name) - known.begin();
+      lightings_.push_back({name, bridge.camera, options.seed + kLightingStride * static_cast<std::uint32_t>(index)});
       sim_bridge::apply_lighting(bridge.lighting_folder, name, lightings_.back().camera);
     }
   }
@@ -153,6 +157,7 @@ class Bench {
   struct Lighting {
     std::string name;
     sim_bridge::CameraSettings camera;
+    std::uint32_t seed = 0;  // of its scenes
   };
 
   Finding seen_by(perception::Perceiver& eyes, const support::RenderedScene& picture, bool paper) const {
@@ -191,7 +196,7 @@ class Bench {
     perception::PerceptionSettings paper_settings = perception_;
     paper_settings.method = perception::Method::kPaper;
     perception::Perceiver paper{paper_settings, camera_};
-    SceneMaker maker{cell_, options_.scenes, options_.seed};
+    SceneMaker maker{cell_, options_.scenes, lighting.seed};
     for (int i = 0; i < options_.n; ++i) {
       auto picture = renderer.take(maker.make(), static_cast<std::uint64_t>(i), {}, time_from_ns(500'000'000LL * i));
       picture.color.seq = picture.depth.seq = static_cast<std::uint64_t>(i);

@@ -107,5 +107,28 @@ TEST_F(Foreign, HeightsAreCountedFromTheTableThatDepthShows) {
   EXPECT_TRUE(perceiver.process(frames.color, &frames.depth).foreign.empty());
 }
 
+// No joint states: the arm is what stands up and hangs together with its base. What stands by itself does not belong there.
+TEST_F(Foreign, WithoutJointStatesTheArmIsTakenForItselfAndAToolIsNot) {
+  ArmDescription arm;
+  arm.links.emplace_back();
+  Perceiver eyes{test_settings(), camera, arm};
+  const SyntheticPlate base{Rect{{-0.60, -0.06}, {-0.40, 0.06}}, 0.10, kGrey};
+  const SyntheticPlate forearm{Rect{{-0.42, -0.04}, {-0.12, 0.04}}, 0.15, kGrey};
+  truth.plates = {forearm, base};
+  const auto look_for = [&](bool with_depth) {
+    const auto frames = render(truth, camera, ++seq);
+    return eyes.process(frames.color, with_depth ? &frames.depth : nullptr).foreign;
+  };
+  EXPECT_TRUE(look_for(true).empty());
+  truth.plates.push_back({Rect{{0.00, -0.15}, {0.04, -0.05}}, 0.05, kGrey});
+  const auto found = look_for(true);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].kind, Kind::kHeight);
+  EXPECT_LT((found[0].p_W - Vector2{0.02, -0.10}).norm(), 0.02);
+  EXPECT_TRUE(look_for(false).empty());  // without depth either nobody can tell
+  truth.plates = {{Rect{{0.00, -0.15}, {0.04, -0.05}}, 0.05, kGrey}};
+  EXPECT_TRUE(look_for(true).empty());  // nor where the base does not show
+}
+
 }  // namespace
 }  // namespace breakshot::perception::test
