@@ -129,7 +129,7 @@ std::optional<DiscFit> DiscFitter::fit(const cv::Mat3b& rgb, const DepthFrame* d
     if (i != self && (all[i].p_WD - disc.p_WD).norm() < all[i].radius + disc.radius + kNear) near.push_back(all[i]);
   }
 
-  const SharedErrors errors{settings_.edge_sigma_floor, settings_.edge_patch_sigma, settings_.edge_foot_sigma};
+  const SharedErrors errors{settings_.edge_sigma_floor, settings_.edge_patch_sigma, settings_.edge_foot_sigma, settings_.edge_arc_sigma};
   std::vector<Edge> edges;
   edges.reserve(kDirections);
   const int stride = fitted_before ? 1 : kRoughly;

@@ -39,6 +39,7 @@ PerceptionConfig load_perception_config(const ConfigDocument& document, const Ce
   s.min_seen_arc_deg = node.number("min_seen_arc_deg", {30.0, 360.0}, "deg");
   s.edge_sigma_floor = kMetrePerMillimetre * node.number("edge_sigma_floor_mm", {0.0, 5.0}, "mm");
   s.edge_patch_sigma = kMetrePerMillimetre * node.number("edge_patch_sigma_mm", {0.0, 5.0}, "mm");
+  s.edge_arc_sigma = kMetrePerMillimetre * node.number("edge_arc_sigma_mm", {0.0, 5.0}, "mm");
   s.edge_foot_sigma = kMetrePerMillimetre * node.number("edge_foot_sigma_mm", {0.001, 5.0}, "mm");
   s.edge_common_sigma = kMetrePerMillimetre * node.number("edge_common_sigma_mm", {0.0, 5.0}, "mm");
   s.touch_gap = kMetrePerMillimetre * node.number("touch_gap_mm", {0.0, 10.0}, "mm");

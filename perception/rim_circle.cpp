@@ -26,8 +26,10 @@ std::optional<RimCircle> fit_circle(std::vector<Edge>& edges, double radius, int
   using Vector4 = Eigen::Vector4d;  // centre, radius, and what the foot is shifted by
   using Matrix4 = Eigen::Matrix4d;
   const auto row_of = [](const Edge& e) { return Vector4{e.n_W.x(), e.n_W.y(), 1.0, e.foot ? 1.0 : 0.0}; };
-  // Edges that share an error count as one.
-  const double patch2 = errors.patch * errors.patch * directions / kPatches;
+  // Edges that share an error count as one. All around an outline such errors mostly cancel, as the pixel grid's do; what an arc leaves of them grows with
+  // what is missing.
+  const double missing = 1.0 - static_cast<double>(edges.size()) / directions;
+  const double patch2 = (errors.patch * errors.patch + missing * missing * errors.arc * errors.arc) * directions / kPatches;
   std::vector<double> distances;
   distances.reserve(edges.size());
   Vector4 x{0.0, 0.0, radius, 0.0};

@@ -25,6 +25,7 @@ struct SharedErrors {
   double floor = 0.0;  ///< the least that an edge errs by itself
   double patch = 0.0;  ///< shared by the edges of an eighth of the outline
   double foot = 0.0;   ///< shared by all edges of the foot
+  double arc = 0.0;    ///< as `patch`, of an outline of which next to nothing is seen
 };
 
 /// A circle about the centre that its edges were measured about.

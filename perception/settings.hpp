@@ -67,6 +67,8 @@ struct PerceptionSettings {
   // taken from the fit's own residuals, but not below the floor; what neighbouring points share, and what all points share, is not seen there.
   double edge_sigma_floor = 50e-6;  ///< m
   double edge_patch_sigma = 5e-6;   ///< shared by the points of an eighth of the outline (shading, sampling), m
+  double edge_arc_sigma =
+      20e-6;  ///< the same of a short arc, where such errors do not cancel as all around; in between by what is missing, m
   double edge_foot_sigma = 50e-6;   ///< shared by all points where the wall meets the table (contact shadow), m
   double edge_common_sigma = 6e-6;  ///< shared by all points: goes into the radius, not into the centre, m
   double touch_gap = 0.5e-3;        ///< pairs nearer than this touch; p_touch = P(gap < touch_gap), m

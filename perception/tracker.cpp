@@ -10,7 +10,8 @@ namespace {
 constexpr Duration kForget = std::chrono::seconds{10};  // longer than any stroke hides a disc
 constexpr double kSlack = 0.010;                        // m: a partial outline may jump when the rest of it comes into view
 
-constexpr double kNoise = 15e-6;  // m: of a place from frame to frame, before it has been learnt
+constexpr double kNoise =
+    8e-6;  // m: of a place from frame to frame, before it has been learnt; the cell's camera has half of it (perception_rendered_test)
 constexpr double kLeastNoise = 3e-6, kMostNoise = 80e-6;
 constexpr double kHardlyMoved = 150e-6;  // m from frame to frame: further is motion, and teaches nothing about noise
 constexpr double kLearnt = 1.0 / 64.0;   // share of one displacement in what is believed of the noise

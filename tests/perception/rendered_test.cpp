@@ -112,6 +112,33 @@ bool in_view(const DiscState& disc, const support::RenderedScene& picture) {
   return false;
 }
 
+// How soon rest can be told hangs on how far places jump from frame to frame.
+TEST_F(Rendered, DiscsAtRestHardlyJumpFromFrameToFrameSoTwoFramesTellTheirRest) {
+  const auto parked = links(studio_->cell.arm.park);
+  double squares = 0.0;
+  int jumps = 0;
+  for (int table = 0; table < 8; ++table) {
+    Perceiver eyes = perceiver();
+    const auto discs = spread(8);
+    std::vector<Vector2> before;
+    for (int frame = 0; frame < 3; ++frame) {
+      const auto picture = take(discs, parked);
+      const Scene scene = eyes.process(picture.color, &picture.depth, parked);
+      ASSERT_EQ(scene.discs.size(), discs.size());
+      for (std::size_t i = 0; i < before.size(); ++i) {
+        squares += (scene.discs[i].p_WD - before[i]).squaredNorm();
+        ++jumps;
+      }
+      before.clear();
+      for (const auto& disc : scene.discs) before.push_back(disc.p_WD);
+      EXPECT_EQ(scene.at_rest, frame > 0) << "frame " << frame;
+    }
+  }
+  const double per_axis = std::sqrt(squares / jumps / 4.0);
+  std::printf("  a place varies by %.1f um per axis from frame to frame\n", 1e6 * per_axis);
+  EXPECT_LT(per_axis, 8e-6);
+}
+
 TEST_F(Rendered, EveryFormationIsSeenAsItLies) {
   Perceiver eyes = perceiver();
   const auto parked = links(studio_->cell.arm.park);

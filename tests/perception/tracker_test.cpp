@@ -173,6 +173,8 @@ TEST(Tracking, KeepsIdentitiesThroughAHitAndSaysSoonThatAllRest) {
     for (int frame = 1; frame <= 30 && said < 0.0; ++frame) {
       const double t = frame * kPeriod;
       SyntheticScene truth;
+      truth.noise =
+          0.5;  // places then jump by some 4 um from frame to frame, as in the pictures of the cell's camera (perception_rendered_test)
       for (const Disc& disc : discs) {
         const double tau = std::clamp(t - kPeriod - start, 0.0, disc.v.norm() / kDeceleration);
         const Vector2 direction = disc.v.normalized();
