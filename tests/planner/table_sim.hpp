@@ -20,6 +20,8 @@ struct TableTruth {
   double aim_error = 0.0087;       ///< of directions, uniform, rad: 0.5 degrees
   const char* law = "sequential";  ///< with real gaps between the discs, collisions are one after the other
   double striker_mass = 1.2;       ///< as striker_mass_test.cpp finds it, kg
+  double drive_bandwidth = 160;    ///< rad/s; it and the next as `bench prediction` finds them, a little off what the planner believes
+  double striker_bounce_speed = 0.19;
   double hit_braking = 0.5;
   double hit_lift = 0.12;
 };
@@ -60,6 +62,7 @@ class TableSim {
     run.braking = truth_.hit_braking;
     run.lift = truth_.hit_lift;
     run.mobility = Matrix2::Identity() / truth_.striker_mass;
+    run.bandwidth = truth_.drive_bandwidth;
     const auto rollout = world_.run(discs_, &run);
     if (!rollout || rollout->status != world::Rollout::Status::kAtRest) return false;
     for (std::size_t i = 0; i < discs_.size(); ++i) discs_[i].p_WD = rollout->p_WD[i];
@@ -80,6 +83,7 @@ class TableSim {
     world::WorldSettings settings;
     settings.friction = truth.friction;
     settings.restitution = truth.restitution;
+    settings.striker_bounce_speed = truth.striker_bounce_speed;
     settings.allowed_overlap = 1e-3;
     return settings;
   }
