@@ -25,7 +25,7 @@ TEST(TaskRunner, SingulatesAndReportsEveryStroke) {
   EXPECT_EQ(status.discs_seen, 6U);
   EXPECT_EQ(status.discs_singulated, 6U);
   EXPECT_GE(status.smallest_gap, 0.015);
-  EXPECT_EQ(status.hits, 1U);
+  EXPECT_GE(status.hits, 1U);  // how many it takes is for the strategies' own tests
   EXPECT_EQ(cell.plans.size(), status.hits + status.pushes);
   ASSERT_EQ(cell.outcomes.size(), cell.plans.size());
   for (std::size_t k = 0; k < cell.plans.size(); ++k) {
