@@ -28,6 +28,7 @@ void SceneWatch::start(Time now) noexcept {
   at_rest_ = 0;
   foreign_ = false;
   trouble_.clear();
+  motion_.clear();
 }
 
 SceneWatch::Verdict SceneWatch::on_scene(const Scene& scene) noexcept {

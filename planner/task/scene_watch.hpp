@@ -31,8 +31,10 @@ class SceneWatch {
   void wait(Duration passed) noexcept { unusable_ += passed; }
   /// Nothing usable came for longer than settings.scene_silence.
   bool silent() const noexcept { return unusable_ > settings_.scene_silence; }
-  /// Usable scenes come, but for settings.settle_limit none was settled.
-  bool restless(Time now) const noexcept { return at_rest_ == 0 && now - started_ > settings_.settle_limit; }
+  /// Usable scenes come, but for settings.settle_limit none was settled. While the newest one is not usable, that is the trouble, and silent() will say so.
+  bool restless(Time now) const noexcept {
+    return at_rest_ == 0 && !motion_.empty() && trouble_.empty() && now - started_ > settings_.settle_limit;
+  }
   /// The newest scene showed a foreign object.
   bool foreign() const noexcept { return foreign_; }
   /// What is wrong with the newest scene, for people; empty when none came.

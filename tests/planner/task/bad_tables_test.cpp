@@ -148,6 +148,26 @@ TEST(BadTable, WithMoreDiscsThanFitIsSaidAndTheBestSubsetIsSetApart) {
   EXPECT_TRUE(spacing_of(cell.table.scene(), order.min_gap).better_than(before)) << status.text;
 }
 
+// In lockstep the cell clock may pass settle_limit long before a camera has been out of use for as long as others are given by their clocks.
+TEST(BadTable, BehindACameraThatIsOutOfUseIsNotCalledRestless) {
+  const TaskSettings settings;
+  SceneWatch watch{settings};
+  const Time start{};
+  watch.start(start);
+  EXPECT_FALSE(watch.restless(start + 2 * settings.settle_limit)) << "nothing came: nobody saw anything move";
+  Scene scene;
+  scene.exposed = start + milliseconds{33};
+  scene.max_speed = 0.05;
+  scene.discs.resize(1);
+  EXPECT_EQ(watch.on_scene(scene), SceneWatch::Verdict::kMoving);
+  EXPECT_TRUE(watch.restless(start + 2 * settings.settle_limit));
+  scene.exposed += milliseconds{33};
+  scene.quality = SceneQuality::kMisplaced;
+  EXPECT_EQ(watch.on_scene(scene), SceneWatch::Verdict::kUnusable);
+  EXPECT_FALSE(watch.restless(start + 2 * settings.settle_limit));
+  EXPECT_FALSE(watch.trouble().empty());
+}
+
 TEST(BadTable, ThatNeverSettlesIsGivenUpWithWhatMoves) {
   TaskCell cell{test::formation("C"), "robust"};
   cell.noise_speed = 0.05;
