@@ -65,7 +65,7 @@ struct RobustRules {
   double gap_margin = 5e-4;  ///< a gap has to be so much above G, m: perception will measure it with an error
   int worlds = 96;           ///< in which the strokes of the last round are tried
   int rollouts =
-      12'000;  ///< of a decision about eight discs or fewer, all told; bounds its time, and unlike a clock gives the same answer again
+      6'000;  ///< of a decision about eight discs or fewer, all told; bounds its time, and unlike a clock gives the same answer again
   double hit_time = 1.7;     ///< from decision to decision, of a hit, s; the arm's own forecast replaces the arm's part where there is one
   double push_time = 1.6;    ///< the same of a push, without the time on its line
   double settle_time = 0.7;  ///< look, think and settle, the part that the arm's forecast does not hold, s
