@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/gap.hpp"
 #include "planner/world/disc.hpp"
 
 #include <cmath>
@@ -87,6 +88,20 @@ inline std::vector<Disc> formation(const std::string& name) {
   if (name == "fig13")
     six = {disc_at(0, d / 2), disc_at(0, -d / 2), disc_at(h, d), disc_at(h, 0), disc_at(2 * h, d / 2), disc_at(2 * h, 1.5 * d)};
   return six;
+}
+
+/// Discs of unequal radii and masses, apart, sliding in all directions. The same for the same state of `random`.
+inline std::vector<Disc> sliding_discs(std::mt19937_64& random, std::size_t n) {
+  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution{low, high}(random); };
+  std::vector<Disc> discs;
+  while (discs.size() < n) {
+    Disc disc = disc_at(uniform(-0.2, 0.2), uniform(-0.2, 0.2), uniform(0.02, 0.04));
+    disc.mass = uniform(0.05, 0.2);
+    disc.v_WD_W = {uniform(-1, 1), uniform(-1, 1)};
+    discs.push_back(disc);
+    if (smallest_gap_between(discs) < 1e-3) discs.pop_back();
+  }
+  return discs;
 }
 
 }  // namespace breakshot::test

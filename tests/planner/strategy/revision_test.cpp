@@ -1,6 +1,6 @@
 #include "planner/strategy/revision.hpp"
 
-#include "tests/planner/table_sim.hpp"
+#include "tests/planner/decision_scene.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,19 +9,9 @@ namespace {
 
 // Decisions that are corrected for a scene that settled a little elsewhere, and decisions that nobody waits for any more.
 
-Scene scene_of(const std::vector<world::Disc>& discs) {
-  test::TableTruth truth;
-  truth.position_noise = 5e-5;
-  return test::TableSim{discs, truth, 1}.scene();
-}
+using test::decision_context;
 
-DecisionContext context() {
-  DecisionContext context;
-  context.region = {{-0.3, -0.3}, {0.3, 0.3}};
-  context.hits_left = 3;
-  context.pushes_left = 10;
-  return context;
-}
+Scene scene_of(const std::vector<world::Disc>& discs) { return test::scene_of(discs, 5e-5); }
 
 /// An arm that can run every stroke, and counts how often it is asked.
 class Willing final : public StrokeFilter {
@@ -40,7 +30,7 @@ class Revision : public testing::TestWithParam<const char*> {};
 TEST_P(Revision, MovesTheStrokeWithTheDisc) {
   for (const char* name : {"B", "E", "fig11"}) {
     const auto strategy = make_strategy(GetParam(), {});
-    auto ctx = context();
+    auto ctx = decision_context();
     ctx.seed = 5;
     Scene scene = scene_of(test::formation(name));
     const Decision before = strategy->decide(scene, ctx);
@@ -65,7 +55,7 @@ TEST(RobustRevision, IsNearlyAsGoodAsAFreshDecision) {
   std::mt19937_64 random{11};
   double fresh_cost = 0.0, revised_cost = 0.0;
   for (int i = 0; i < 6; ++i) {
-    auto ctx = context();
+    auto ctx = decision_context();
     ctx.seed = random();
     Scene scene = scene_of(test::random_cluster(random, 6, 5e-4));
     const Decision before = robust->decide(scene, ctx);
@@ -84,16 +74,16 @@ TEST(RobustRevision, IsNearlyAsGoodAsAFreshDecision) {
 
 TEST(RobustRevision, FindsNothingWhereNothingOfTheEarlierDecisionIsLeft) {
   const auto robust = make_strategy("robust", {});
-  const Decision before = robust->decide(scene_of(test::formation("E")), context());
+  const Decision before = robust->decide(scene_of(test::formation("E")), decision_context());
   auto elsewhere = test::formation("E");
   for (auto& disc : elsewhere) disc.p_WD += Vector2{0.15, -0.10};
-  EXPECT_EQ(robust->revise(scene_of(elsewhere), context(), before.options).kind, Decision::Kind::kNoStroke);
+  EXPECT_EQ(robust->revise(scene_of(elsewhere), decision_context(), before.options).kind, Decision::Kind::kNoStroke);
 }
 
 TEST(RobustDecision, EndsAtOnceWhenNobodyWaitsForItAnyMore) {
   const auto robust = make_strategy("robust", {});
   const Scene scene = scene_of(test::rack(5));
-  auto ctx = context();
+  auto ctx = decision_context();
   std::stop_source gives_up;
   ctx.stop = gives_up.get_token();
   Willing arm;

@@ -4,7 +4,7 @@
 #include "planner/strategy/stroke_room.hpp"
 #include "planner/strategy/strokes.hpp"
 #include "planner/strategy/table_model.hpp"
-#include "tests/planner/table_sim.hpp"
+#include "tests/planner/decision_scene.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,20 +17,8 @@
 namespace breakshot::strategy {
 namespace {
 
-/// A noise-free scene of discs.
-Scene scene_of(const std::vector<world::Disc>& discs) {
-  test::TableTruth truth;
-  truth.position_noise = 1e-9;
-  return test::TableSim{discs, truth, 1}.scene();
-}
-
-DecisionContext context() {
-  DecisionContext context;
-  context.region = {{-0.3, -0.3}, {0.3, 0.3}};
-  context.hits_left = 3;
-  context.pushes_left = 10;
-  return context;
-}
+using test::decision_context;
+using test::scene_of;
 
 TEST(Strategy, IsFoundByNameOrRefused) {
   for (const auto& name : strategy_names()) EXPECT_EQ(make_strategy(name, {})->name(), name);
@@ -51,7 +39,7 @@ TEST_P(EveryStrategy, OffersOnlyStrokesThatHaveRoom) {
     auto discs = test::random_cluster(random, 2 + i % 9, i % 2 == 0 ? 5e-4 : 1e-2, 0.025, 0.035);
     const Vector2 shift{std::uniform_real_distribution{-0.12, 0.12}(random), std::uniform_real_distribution{-0.12, 0.12}(random)};
     for (auto& disc : discs) disc.p_WD += shift;
-    auto ctx = context();
+    auto ctx = decision_context();
     ctx.seed = random();
     ctx.speed_scale = 0.7;
     ctx.hits_left = i % 3 == 0 ? 0 : 3;
@@ -85,7 +73,7 @@ TEST_P(EveryStrategy, OffersOnlyStrokesThatHaveRoom) {
 TEST_P(EveryStrategy, DecidesTheSameAgain) {
   const auto first = make_strategy(GetParam(), {});
   const auto second = make_strategy(GetParam(), {});
-  auto ctx = context();
+  auto ctx = decision_context();
   ctx.seed = 99;
   const Scene scene = scene_of(test::formation("F"));
   first->decide(scene_of(test::formation("D")), ctx);  // nothing is remembered from other scenes
@@ -101,11 +89,12 @@ TEST_P(EveryStrategy, DecidesTheSameAgain) {
 
 TEST_P(EveryStrategy, KnowsWhenThereIsNothingToDoOrNothingToDoItWith) {
   const auto strategy = make_strategy(GetParam(), {});
-  EXPECT_EQ(strategy->decide(scene_of({}), context()).kind, Decision::Kind::kSingulated);
-  EXPECT_EQ(strategy->decide(scene_of({test::disc_at(0, 0)}), context()).kind, Decision::Kind::kSingulated);
-  EXPECT_EQ(strategy->decide(scene_of({test::disc_at(0, 0), test::disc_at(0.076, 0)}), context()).kind, Decision::Kind::kSingulated);
-  EXPECT_EQ(strategy->decide(scene_of({test::disc_at(0, 0), test::disc_at(0.074, 0)}), context()).kind, Decision::Kind::kStroke);
-  auto none = context();
+  EXPECT_EQ(strategy->decide(scene_of({}), decision_context()).kind, Decision::Kind::kSingulated);
+  EXPECT_EQ(strategy->decide(scene_of({test::disc_at(0, 0)}), decision_context()).kind, Decision::Kind::kSingulated);
+  EXPECT_EQ(strategy->decide(scene_of({test::disc_at(0, 0), test::disc_at(0.076, 0)}), decision_context()).kind,
+            Decision::Kind::kSingulated);
+  EXPECT_EQ(strategy->decide(scene_of({test::disc_at(0, 0), test::disc_at(0.074, 0)}), decision_context()).kind, Decision::Kind::kStroke);
+  auto none = decision_context();
   none.pushes_left = 0;
   none.hits_left = 0;
   const Decision decision = strategy->decide(scene_of(test::formation("E")), none);
@@ -115,7 +104,7 @@ TEST_P(EveryStrategy, KnowsWhenThereIsNothingToDoOrNothingToDoItWith) {
 
 TEST_P(EveryStrategy, SaysThatAnOverlapCannotBe) {
   const auto strategy = make_strategy(GetParam(), {});
-  const Decision decision = strategy->decide(scene_of({test::disc_at(0, 0), test::disc_at(0.04, 0)}), context());
+  const Decision decision = strategy->decide(scene_of({test::disc_at(0, 0), test::disc_at(0.04, 0)}), decision_context());
   EXPECT_EQ(decision.kind, Decision::Kind::kNoStroke);
   EXPECT_NE(decision.why.find("overlap by 20.000 mm"), std::string::npos) << decision.why;
 }
@@ -137,7 +126,7 @@ class Refusing final : public StrokeFilter {
 
 TEST_P(EveryStrategy, TakesTheNextBestWhenTheArmCannotAndSaysWhy) {
   const auto strategy = make_strategy(GetParam(), {});
-  auto ctx = context();
+  auto ctx = decision_context();
   const Scene scene = scene_of(test::formation("A"));
   const Decision free = strategy->decide(scene, ctx);
   Refusing one{1};
@@ -157,7 +146,7 @@ INSTANTIATE_TEST_SUITE_P(All, EveryStrategy, testing::Values("paper", "random_hy
 
 TEST(Paper, PushesAlongTheTangentFromTheArmsSide) {
   const auto paper = make_strategy("paper", {});
-  const Decision decision = paper->decide(scene_of(test::formation("A")), context());
+  const Decision decision = paper->decide(scene_of(test::formation("A")), decision_context());
   ASSERT_EQ(decision.kind, Decision::Kind::kStroke);
   const StrokeRequest& stroke = decision.options[0].stroke;
   EXPECT_EQ(stroke.kind, StrokeKind::kPush);
@@ -171,7 +160,7 @@ TEST(Paper, PushesAlongTheTangentFromTheArmsSide) {
 TEST(Paper, HitsTheNearestDiscBetweenItsTwoNeighbours) {
   const auto paper = make_strategy("paper", {});
   for (const char* name : {"E", "fig11"}) {
-    const Decision decision = paper->decide(scene_of(test::formation(name)), context());
+    const Decision decision = paper->decide(scene_of(test::formation(name)), decision_context());
     ASSERT_EQ(decision.kind, Decision::Kind::kStroke);
     const StrokeRequest& stroke = decision.options[0].stroke;
     EXPECT_EQ(stroke.kind, StrokeKind::kHit) << name;
@@ -183,7 +172,7 @@ TEST(Paper, HitsTheNearestDiscBetweenItsTwoNeighbours) {
 
 TEST(Paper, RaisesTheSpeedOnlyAsFarAsTheArmAttains) {
   const auto paper = make_strategy("paper", {});
-  auto ctx = context();
+  auto ctx = decision_context();
   ctx.hit_speed_cap = 0.45;
   const Decision decision = paper->decide(scene_of(test::formation("E")), ctx);
   ASSERT_EQ(decision.options[0].stroke.kind, StrokeKind::kHit);
@@ -205,7 +194,7 @@ class Slow final : public StrokeFilter {
 
 TEST(Paper, FindsTheFastestHitThatTheArmDoesByHalving) {
   const auto paper = make_strategy("paper", {});
-  auto ctx = context();
+  auto ctx = decision_context();
   const StrokeOption free = paper->decide(scene_of(test::formation("E")), ctx).options[0];
   ASSERT_GT(free.stroke.speed, 0.40) << "else there is nothing for the slow arm to refuse";
   Slow slow;
@@ -221,7 +210,7 @@ TEST(Paper, TakesTheOtherSideWhenDiscsWouldLeave) {
   // The pair lies at the far border; a push away from the arm would carry it out.
   auto discs = test::formation("A");
   for (auto& disc : discs) disc.p_WD.x() += 0.297;
-  const Decision decision = make_strategy("paper", {})->decide(scene_of(discs), context());
+  const Decision decision = make_strategy("paper", {})->decide(scene_of(discs), decision_context());
   ASSERT_EQ(decision.kind, Decision::Kind::kStroke);
   EXPECT_LT(decision.options[0].stroke.direction_W.x(), 0.0);
   EXPECT_NE(decision.options[0].why.find("would leave"), std::string::npos) << decision.options[0].why;
@@ -237,15 +226,15 @@ TEST(Paper, FollowsPerceptionsPushLineButNotAFalseOne) {
   contact.push_direction_W = {std::cos(0.1), std::sin(0.1)};
   contact.contour_length = 0.040;
   scene.contacts = {contact};
-  const auto followed = paper->decide(scene, context()).options[0].stroke;
+  const auto followed = paper->decide(scene, decision_context()).options[0].stroke;
   EXPECT_NEAR((followed.direction_W - contact.push_direction_W).norm(), 0.0, 1e-9);
   EXPECT_NEAR(followed.length, (Vector2{0.0, 0.0} - followed.p_WS).norm() + 0.020 + 0.020, 1e-6);
   scene.contacts[0].push_direction_W = {std::cos(1.0), std::sin(1.0)};
-  EXPECT_NEAR(paper->decide(scene, context()).options[0].stroke.direction_W.x(), 1.0, 1e-6);
+  EXPECT_NEAR(paper->decide(scene, decision_context()).options[0].stroke.direction_W.x(), 1.0, 1e-6);
 }
 
 TEST(Robust, SaysHowLikelyItIsToFinishAndToLoseADisc) {
-  const Decision decision = make_strategy("robust", {})->decide(scene_of(test::formation("fig11")), context());
+  const Decision decision = make_strategy("robust", {})->decide(scene_of(test::formation("fig11")), decision_context());
   ASSERT_EQ(decision.kind, Decision::Kind::kStroke);
   double best = 0.0;
   for (const auto& option : decision.options) {
@@ -260,14 +249,14 @@ TEST(Robust, SaysHowLikelyItIsToFinishAndToLoseADisc) {
 TEST(Robust, IsLessSureTheLessItSees) {
   Scene scene = scene_of(test::formation("E"));
   const auto robust = make_strategy("robust", {});
-  const double sharp = robust->decide(scene, context()).options.at(0).p_singulated;
+  const double sharp = robust->decide(scene, decision_context()).options.at(0).p_singulated;
   for (auto& disc : scene.discs) disc.covariance = 4e-6 * Matrix2::Identity();  // 2 mm
-  const double blurred = robust->decide(scene, context()).options.at(0).p_singulated;
+  const double blurred = robust->decide(scene, decision_context()).options.at(0).p_singulated;
   EXPECT_LT(blurred, sharp);
 }
 
 TEST(Robust, KeepsDiscsAwayFromABorderThatIsNear) {
-  auto ctx = context();
+  auto ctx = decision_context();
   auto discs = test::formation("E");
   for (auto& disc : discs) disc.p_WD.y() += 0.20;  // 40 mm from the border for the outermost
   const Decision decision = make_strategy("robust", {})->decide(scene_of(discs), ctx);
@@ -280,7 +269,7 @@ template <typename Measure>
 std::vector<double> in_worlds(const std::vector<world::Disc>& discs, const StrategySettings& settings, std::optional<TableBelief> belief,
                               Measure measure) {
   const Scene scene = scene_of(discs);
-  auto ctx = context();
+  auto ctx = decision_context();
   ctx.belief = belief;
   std::string why;
   const auto model = model_of(scene, ctx.min_gap, settings, why);

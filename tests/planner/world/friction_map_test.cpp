@@ -72,18 +72,10 @@ TEST(FrictionMap, ADiscCrossesABorderInClosedForm) {
 
 TEST(FrictionMap, DiscsMeetOnItWhereAFineIntegrationSays) {
   std::mt19937_64 random{11};
-  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution{low, high}(random); };
   std::vector<double> errors;
   for (int i = 0; i < 15; ++i) {
     const auto map = patchwork(random, 0.05, 0.3);
-    std::vector<Disc> discs;
-    while (discs.size() < 4) {
-      Disc disc = test::disc_at(uniform(-0.2, 0.2), uniform(-0.2, 0.2), uniform(0.02, 0.04));
-      disc.mass = uniform(0.05, 0.2);
-      disc.v_WD_W = {uniform(-1, 1), uniform(-1, 1)};
-      discs.push_back(disc);
-      if (smallest_gap_between(discs) < 1e-3) discs.pop_back();
-    }
+    const std::vector<Disc> discs = test::sliding_discs(random, 4);
     auto world = world_on(map);
     const auto rollout = world.run(discs);
     ASSERT_TRUE(rollout);

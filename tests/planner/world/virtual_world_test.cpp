@@ -86,18 +86,10 @@ TEST(VirtualWorld, TwoDiscsMeetWhereTheirParabolasDo) {
 
 TEST(VirtualWorld, AgreesWithAFineIntegration) {
   std::mt19937_64 random{11};
-  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution{low, high}(random); };
   auto world = world_of("sequential");
   std::vector<double> errors;
   for (int i = 0; i < 60; ++i) {
-    std::vector<Disc> discs;
-    while (discs.size() < 4) {
-      Disc disc = test::disc_at(uniform(-0.2, 0.2), uniform(-0.2, 0.2), uniform(0.02, 0.04));
-      disc.mass = uniform(0.05, 0.2);
-      disc.v_WD_W = {uniform(-1, 1), uniform(-1, 1)};
-      discs.push_back(disc);
-      if (smallest_gap_between(discs) < 1e-3) discs.pop_back();
-    }
+    const std::vector<Disc> discs = test::sliding_discs(random, 4);
     const auto rollout = world.run(discs);
     ASSERT_TRUE(rollout);
     const auto expected = test::integrated(
