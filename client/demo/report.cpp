@@ -73,6 +73,13 @@ json machine() {
   return {{"kernel", name.release}, {"cores", std::thread::hardware_concurrency()}};
 }
 
+/// Whether the controller stopped on a machine that did not let it run in time.
+bool was_held_up(const RunRecord& run) {
+  if (!run.task || run.task->failure != TaskFailure::kControllerFault) return false;
+  const auto controller = run.healths.find("controller");
+  return controller != run.healths.end() && controller->second.overruns_hosts > 0;
+}
+
 }  // namespace
 
 bool succeeded(const RunRecord& run) {
@@ -88,8 +95,9 @@ std::string decision_line(std::size_t index, const Plan& plan) {
 }
 
 std::string outcome_line(const Plan& plan, const Outcome& outcome) {
-  if (outcome.stroke_phase != StrokePhase::kDone)
-    return fmt::format("    {}: {}", to_string(outcome.stroke_phase), to_string(outcome.reason));
+  // Why a stroke was stopped is told by the order's text; only refusals have a reason of their own.
+  if (outcome.stroke_phase == StrokePhase::kRefused) return fmt::format("    refused: {}", to_string(outcome.reason));
+  if (outcome.stroke_phase != StrokePhase::kDone) return fmt::format("    {} on the way", to_string(outcome.stroke_phase));
   const std::string contact =
       plan.stroke.kind == StrokeKind::kHit ? fmt::format("struck at {:.2f} m/s, ", outcome.contact_speed) : std::string{};
   return fmt::format(
@@ -122,10 +130,15 @@ std::string summary(const RunRecord& run) {
   for (const auto& [name, h] : run.healths) {
     const double up = to_seconds(h.uptime);
     std::string loop;
-    if (h.loop_hz > 0.0)
-      loop = fmt::format("   loop {:.1f} Hz, {} overruns, wake-up p99 {:.0f} us", h.loop_hz, h.overruns, h.wakeup.p99_us);
+    if (h.loop_hz > 0.0) {
+      const std::string of_host = h.overruns_hosts > 0 ? fmt::format(" ({} by the host)", h.overruns_hosts) : std::string{};
+      loop = fmt::format("   loop {:.1f} Hz, {} overruns{}, wake-up p99 {:.0f} us", h.loop_hz, h.overruns, of_host, h.wakeup.p99_us);
+    }
     row(name, fmt::format("cpu {:5.1f} %  memory {:6.1f} MiB{}", up > 0.0 ? 100.0 * h.cpu_s / up : 0.0,
                           static_cast<double>(h.rss_bytes) / 1048576.0, loop));
+  }
+  if (was_held_up(run)) {
+    row("what to do", "this machine took the processors away from the cell (overruns by the host): run it again, with less beside it");
   }
   return out;
 }
